@@ -5,7 +5,7 @@ A `FittedCalibration` adapts the calibration of a file to the binning and region
 
 Files are camera_info YAML, as camera_info_manager and camera_calibration write it. PyYAML reads them,
 restricted to mappings, lists, text, numbers as in YAML 1.2 (`1e-3` is a number, `on` is text), and the tag of
-OpenCV's matrices.
+OpenCV's matrices. `camera_model` and `camera_serial`, which ROS ignores, name the camera.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.identity import DeviceInfo, describe
 from grabbergui.core.sfnc import Role
 
 log = logging.getLogger(__name__)
@@ -72,7 +73,7 @@ class FittedCalibration:
         """Load `file` if it exists; `keep` writes it from now on. Raises UsageError, OSError."""
         self._file = file
         if file.is_file() or file.is_dir():  # a folder is refused
-            self.calibration = load(file)
+            self.calibration = load_for(self._grabber.info, file)
 
     def close(self) -> None:
         """Release the grabber. May be called twice."""
@@ -80,6 +81,7 @@ class FittedCalibration:
 
     def keep(self, calibration: Calibration) -> Path | None:
         """Use another calibration, and save it if there is a file; return that file. Raises OSError."""
+        calibration = calibration.made_with(self._grabber.info)
         if self._file is not None:
             save(calibration, self._file)
         self.calibration = calibration
@@ -171,9 +173,9 @@ class CalibrationChoice:
         self._chosen = chosen
 
     @classmethod
-    def file(cls, path: Path) -> CalibrationChoice:
-        """Choose the calibration of a camera_info file. Raises UsageError, OSError."""
-        return cls(load(path).scaled_to)
+    def file(cls, path: Path, info: DeviceInfo) -> CalibrationChoice:
+        """Choose the calibration of a camera from a camera_info file. Raises UsageError, OSError."""
+        return cls(load_for(info, path).scaled_to)
 
     @classmethod
     def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:
@@ -198,6 +200,20 @@ def load(path: Path) -> Calibration:
     return parse(text_of(path), str(path))
 
 
+def load_for(info: DeviceInfo, path: Path) -> Calibration:
+    """Read a camera's file; log a warning if it was made with another one. Raises UsageError, OSError."""
+    calibration = load(path)
+    if calibration.is_of_another(info):
+        log.warning(
+            "%s was made with another camera, %s %s; this one is %s: calibrate it as well",
+            path,
+            calibration.camera_model,
+            calibration.camera_serial,
+            describe(info),
+        )
+    return calibration
+
+
 def save(calibration: Calibration, path: Path) -> None:
     """Write a camera_info file. Raises OSError."""
     write_whole(path, dump(calibration))
@@ -205,11 +221,13 @@ def save(calibration: Calibration, path: Path) -> None:
 
 def dump(calibration: Calibration) -> str:
     """Return the text of a camera_info file."""
+    camera = {"camera_model": calibration.camera_model, "camera_serial": calibration.camera_serial}
     return write_yaml(
         {
             "image_width": calibration.width,
             "image_height": calibration.height,
             "camera_name": calibration.camera_name,
+            **{key: value for key, value in camera.items() if value},
             "camera_matrix": _matrix(calibration.matrix),
             "distortion_model": calibration.distortion_model,
             "distortion_coefficients": _matrix(calibration.distortion[None]),
@@ -253,6 +271,8 @@ def parse(text: str, where: str = "calibration") -> Calibration:
             _text(values, "camera_name", "camera"),
             rectification=given_rectification(_optional(values, "rectification_matrix", where)),
             rectified=given_projection(_optional(values, "projection_matrix", where)),
+            camera_model=_text(values, "camera_model", ""),
+            camera_serial=_text(values, "camera_serial", ""),
         )
     except UsageError as error:
         raise UsageError(f"{where}: {error}") from None

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from grabbergui.calibration.boards import BoardSettings
     from grabbergui.calibration.collector import Collector
     from grabbergui.calibration.hand_eye import HandEyeResult, Placement
+    from grabbergui.core.identity import DeviceInfo
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
     from grabbergui.servo.hand_eye_run import Progress
@@ -110,7 +111,7 @@ def _calibrate(options: argparse.Namespace) -> int:
         return _calibrate_in_window(options)
     _check_writable(options.out)
     collector = Collector(board, options.views, still=True)
-    _collect(collector, options)
+    camera = _collect(collector, options)
     result = collector.solve(options.name)
     for number, error in enumerate(result.errors, 1):
         print(f"view {number:3}: {'left out' if math.isnan(error) else f'{error:.3f} px'}")
@@ -118,7 +119,7 @@ def _calibrate(options: argparse.Namespace) -> int:
     print(f"focal lengths {matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px")
     print(f"centre {matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px")
     print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage.part:.0f} %")
-    camera_info.save(result.calibration, options.out)
+    camera_info.save(result.calibration.made_with(camera), options.out)
     print(f"saved as {options.out}")
     return 0
 
@@ -145,8 +146,8 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
     return 0
 
 
-def _collect(collector: Collector, options: argparse.Namespace) -> None:
-    """Collect views from the source until there are enough, or the time is up."""
+def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
+    """Collect views from the source until there are enough, or the time is up; return the camera."""
     from grabbergui.calibration.collector import Verdict
 
     wrong = "--columns, --rows" + (" and --dictionary" if options.board == "charuco" else "")
@@ -198,6 +199,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
             f"no {options.board} board of {options.columns}×{options.rows} squares was seen; "
             f"check {wrong}, and the image in the window"
         )
+    return grabber.info
 
 
 def _add_hand_eye(commands: Any) -> None:

@@ -342,7 +342,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
     from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 
     if options.calibration is not None:
-        return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"))
+        return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"), grabber.info)
     if options.field_of_view is not None:
         return CalibrationChoice.nominal(options.field_of_view)
     if not options.headless:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from grabbergui.core.component import Component
 from grabbergui.core.errors import PixelFormatError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.pixels import millimetres
 
@@ -50,6 +51,9 @@ class Calibration:
     "(3, 3) float64: rotates the camera into the rectified one of a stereo pair."
     rectified: Matrix | None = None
     "(3, 4) float64: projection of the rectified camera, with the pair's baseline; None if not rectified."
+    camera_model: str = ""
+    camera_serial: str = ""
+    "The camera that it was made with; empty if it was not recorded."
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -93,6 +97,15 @@ class Calibration:
         """Horizontal and vertical field of view in degrees, without distortion."""
         (focal_x, _, x), (_, focal_y, y), _ = self.matrix.tolist()
         return _angle(x, self.width, focal_x), _angle(y, self.height, focal_y)
+
+    def made_with(self, info: DeviceInfo) -> Calibration:
+        """Return this calibration with a record of the camera that it was made with."""
+        return replace(self, camera_model=info.model, camera_serial=info.serial)
+
+    def is_of_another(self, info: DeviceInfo) -> bool:
+        """Return whether it was made with another camera. False if either has no serial number."""
+        recorded, found = (self.camera_model, self.camera_serial), (info.model, info.serial)
+        return bool(self.camera_serial and info.serial) and recorded != found
 
     @classmethod
     def from_field_of_view(

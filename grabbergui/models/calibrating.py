@@ -195,7 +195,7 @@ class CalibratingModel:
                 self.failed.emit(translate("Calibrating", "there is no calibration to save yet"))
                 return
             try:
-                camera_info.save(self._result.calibration, path)
+                camera_info.save(self._result.calibration.made_with(self._grabber.info), path)
             except OSError as error:
                 text = translate("Calibrating", "the calibration could not be saved: {0}")
                 self.failed.emit(text.format(error.strerror or error))

@@ -487,7 +487,7 @@ It {1}.</source>
 <context>
     <name>CalibrationViewController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="138"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="142"/>
         <source>Load a calibration</source>
         <translation>Cargar una calibración</translation>
     </message>
@@ -495,6 +495,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/controllers/calibration.py" line="133"/>
         <source>{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°</source>
         <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="136"/>
+        <source>{0} was made with another camera, {1} {2}; calibrate this one as well</source>
+        <translation>{0} se hizo con otra cámara, {1} {2}; calibre también esta</translation>
     </message>
 </context>
 <context>
@@ -3680,7 +3685,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="289"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3875,22 +3880,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="310"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="311"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="311"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="312"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="312"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="313"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="314"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3940,7 +3945,7 @@ It {1}.</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="269"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="270"/>
         <source>Close this panel; to open it again: {0}</source>
         <translation>Cerrar este panel; para volver a abrirlo: {0}</translation>
     </message>

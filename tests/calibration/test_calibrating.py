@@ -13,6 +13,7 @@ from grabbergui.calibration.boards import CharucoBoard, Chessboard
 from grabbergui.calibration.collector import Collector, Coverage, Placement, Verdict, placed
 from grabbergui.cli import EXIT_FAILURE, CommandParser, calibrate, main
 from grabbergui.core.errors import CalibrationError, UsageError
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.driver.sim.rendered_world import Panel, draw
 
@@ -203,12 +204,15 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
         for grey in images:
             collector.add(grey)
             collector.add(grey)  # at rest
+        return DeviceInfo("sim:", model="SimCam", serial="0042")
 
     monkeypatch.setattr(calibrate, "_collect", collect)
     chosen = options("sim:", "--out", str(tmp_path / "left.yaml"), "--name", "left")
     assert chosen.run(chosen) == 0
 
-    assert camera_info.load(tmp_path / "left.yaml").matrix[0, 0] == pytest.approx(560, rel=0.01)
+    saved = camera_info.load(tmp_path / "left.yaml")
+    assert saved.matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert (saved.camera_name, saved.camera_model, saved.camera_serial) == ("left", "SimCam", "0042")
     assert "coverage" in capsys.readouterr().out
 
 

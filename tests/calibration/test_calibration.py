@@ -1,6 +1,7 @@
 import contextlib
 import resource
 import string
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
+from grabbergui.core.identity import DeviceInfo
 
 # As camera_calibration writes it: lists over several lines, dashes, a name in quotes.
 OTHERS = """\
@@ -69,6 +71,24 @@ def test_what_is_saved_is_loaded_again(tmp_path):
     assert np.array_equal(loaded.distortion, calibration.distortion)
     assert loaded.distortion_model == "rational_polynomial"
     assert loaded.camera_name == "left"
+
+
+def test_the_file_names_the_camera_that_it_was_made_with(tmp_path):
+    path, camera = tmp_path / "left.yaml", DeviceInfo("gige:1234", "Acme", "One", "1234")
+    camera_info.save(Calibration.from_field_of_view(640, 480).made_with(camera), path)
+    loaded = camera_info.load(path)
+    assert (loaded.camera_model, loaded.camera_serial) == ("One", "1234")
+    assert loaded.scaled_to(320, 240).camera_serial == "1234"
+    assert not loaded.is_of_another(camera)
+    assert loaded.is_of_another(replace(camera, serial="1235"))
+    assert loaded.is_of_another(replace(camera, model="Two"))
+
+
+def test_a_camera_that_is_not_known_is_no_other_one():
+    camera = DeviceInfo("gige:1234", "Acme", "One", "1234")
+    assert not camera_info.parse(OTHERS).is_of_another(camera)
+    recorded = Calibration.from_field_of_view(640, 480).made_with(camera)
+    assert not recorded.is_of_another(DeviceInfo("file:/tmp/recording", "Recording", "recording"))
 
 
 def test_a_disk_that_is_full_costs_no_calibration(tmp_path):

@@ -9,6 +9,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureNotFoundError, UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame import Frame
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
@@ -53,6 +54,23 @@ def test_binning_and_a_region_together():
 
 def test_a_calibration_of_the_same_size_is_returned_unchanged():
     assert fitted(WHOLE, (640, 480), (100, 100), (2448, 2048)) is WHOLE
+
+
+def test_a_file_of_another_camera_is_reported_and_used(tmp_path, caplog):
+    file = tmp_path / "camera.yaml"
+    mine = camera(640, 480)
+    mine.info = DeviceInfo("gige:1234", "Acme", "One", "1234")
+    FittedCalibration(mine, file).keep(WHOLE)
+    assert FittedCalibration(mine, file).calibration.camera_serial == "1234"
+    assert not caplog.messages
+
+    other = camera(640, 480)
+    other.info = DeviceInfo("gige:77", "Acme", "One", "77")
+    assert intrinsics(FittedCalibration(other, file).of(frame(640, 480))) == (500, 500, 319.5, 239.5)
+    assert caplog.messages == [
+        f"{file} was made with another camera, One 1234; this one is Acme One (serial 77): "
+        "calibrate it as well"
+    ]
 
 
 def test_a_calibration_of_another_region_is_refused():

@@ -1,5 +1,7 @@
 """A calibration is loaded, and the image shown without the lens's distortion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,17 @@ def test_a_calibration_of_another_crop_is_refused_with_a_message(app, tmp_path):
     (tmp_path / "odd.yaml").write_text("nonsense")
     app.program.calibration.load(tmp_path / "odd.yaml")
     assert any("odd.yaml" in text for text in app.errors)
+
+
+def test_a_calibration_of_another_camera_is_shown_with_a_message(app, tmp_path):
+    mine = app.grabber.info
+    camera_info.save(barrel().made_with(mine), tmp_path / "lens.yaml")
+    app.program.calibration.load(tmp_path / "lens.yaml")
+    assert not any("another camera" in text for text in app.errors)
+    camera_info.save(barrel().made_with(replace(mine, serial="4711")), tmp_path / "lens.yaml")
+    app.program.calibration.load(tmp_path / "lens.yaml")
+    assert shown(app) is not None
+    assert any(f"another camera, {mine.model} 4711" in text for text in app.errors)
 
 
 def test_it_is_given_up_where_the_frames_become_another_crop(app, tmp_path):

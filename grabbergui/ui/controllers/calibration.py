@@ -132,6 +132,10 @@ class CalibrationViewController(QObject):
             across, down = calibration.field_of_view
             text = self.tr("{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°")
             self._messages.notice(text.format(path.name, across, down))
+        if source.grabber is not None and calibration.is_of_another(source.grabber.info):
+            text = self.tr("{0} was made with another camera, {1} {2}; calibrate this one as well")
+            other = calibration.camera_model, calibration.camera_serial
+            self._messages.error(text.format(path.name, *other))
 
     def _ask(self) -> None:
         kinds = "camera_info (*.yaml *.yml)"

@@ -320,16 +320,16 @@ class ServoController(QObject):
         self.calibrating = None
 
     def _on_calibration_saved(self, path: Path) -> None:
+        if not isinstance(self._calibration, CalibrationChoice) or not isinstance(self._runner, Runner):
+            return
         try:
-            chosen = CalibrationChoice.file(path)
+            self._calibration.exchange(CalibrationChoice.file(path, self._runner.grabber.info))
         except (UsageError, OSError) as error:
             self._window.messages.showError(error_text(error))
             return
-        if isinstance(self._calibration, CalibrationChoice) and isinstance(self._runner, Runner):
-            self._calibration.exchange(chosen)
-            self._runner.renew_detector()
-            text = self.tr("{0} is in use; Start lets the robot move")
-            self._window.messages.showNotice(text.format(path))
+        self._runner.renew_detector()
+        text = self.tr("{0} is in use; Start lets the robot move")
+        self._window.messages.showNotice(text.format(path))
 
     def _show_curves(self) -> None:
         curves = self.model.curves()
