@@ -16,7 +16,7 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import free_text, held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
-from grabbergui.models.language import translate
+from grabbergui.models.language import QT_TRANSLATE_NOOP, translate
 
 log = logging.getLogger(__name__)
 
@@ -37,106 +37,60 @@ class LinkState(Enum):
 
 
 class Lack(Enum):
-    """Why an action is not available."""
+    """Why an action is not available: the reason, and what to do about it."""
 
-    SOURCE = "no source"
-    OPENING = "being opened"
-    LOST = "lost"
-    STREAM = "stopped"
-    CONTROL = "read only"
-    RUN = "stopped already"
-    PRESENT = "open already"
-    SHOWN = "in a tile already"
-    REST = "streaming already"
-    FRAME = "no frame"
-    RANGE = "no range image"
-    POLARISERS = "no polarisers"
-    EXPOSURE = "no exposure"
-    BALANCE = "no white balance"
-    REGION = "no region"
-    USER_SETS = "no user sets"
-    TABLE = "no look-up table"
-    CALIBRATION = "no calibration"
-    CHANGE = "nothing changed"
-    UNDONE = "nothing undone"
-    ENTRIES = "an empty list"
-    PATIENCE = "another run"
-    SEARCH = "a search"
-    CHOICE = "nothing chosen"
-    WHOLE = "measured whole already"
-    USER_SET = "no user set chosen"
-    SAVABLE = "a fixed user set"
-    STARTABLE = "the user set to start with"
-    EDIT = "nothing edited"
-    FIRST = "the first already"
-    LAST = "the last already"
-    PAGE = "the first page"
-    VIEWS = "too few views"
-    CONSENT = "not confirmed"
-    MARKERS = "no markers"
-    PATTERN = "a single marker"
-    NAMED = "published"
-    HAND_EYE = "no hand and eye"
-    OFFER = "not offered now"
+    SOURCE = QT_TRANSLATE_NOOP("Lack", "No source is open: choose one in the list and connect to it.")
+    OPENING = QT_TRANSLATE_NOOP("Lack", "The source is still being opened.")
+    LOST = QT_TRANSLATE_NOOP("Lack", "The source does not answer: wait until it is back.")
+    STREAM = QT_TRANSLATE_NOOP("Lack", "The source is stopped: start it first.")
+    CONTROL = QT_TRANSLATE_NOOP("Lack", "The source is open for reading only: another program controls it.")
+    RUN = QT_TRANSLATE_NOOP("Lack", "The source is stopped already.")
+    PRESENT = QT_TRANSLATE_NOOP(
+        "Lack", "A source is open: disconnect it first, or double-click another one in the list."
+    )
+    SHOWN = QT_TRANSLATE_NOOP("Lack", "The source is open already: press “Show”, or click its tile.")
+    REST = QT_TRANSLATE_NOOP("Lack", "The source streams already.")
+    FRAME = QT_TRANSLATE_NOOP("Lack", "There is no frame yet: start the camera first.")
+    RANGE = QT_TRANSLATE_NOOP(
+        "Lack", "The frame has no range image: enable the component Range, if there is one."
+    )
+    POLARISERS = QT_TRANSLATE_NOOP(
+        "Lack", "The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below."
+    )
+    EXPOSURE = QT_TRANSLATE_NOOP("Lack", "The source has neither exposure time nor gain.")
+    BALANCE = QT_TRANSLATE_NOOP("Lack", "The source has no white balance.")
+    REGION = QT_TRANSLATE_NOOP("Lack", "The source has no region of interest that can be changed.")
+    USER_SETS = QT_TRANSLATE_NOOP("Lack", "The source keeps no user sets: save its settings in a file.")
+    TABLE = QT_TRANSLATE_NOOP("Lack", "The source has no look-up table that can be read.")
+    CALIBRATION = QT_TRANSLATE_NOOP(
+        "Lack", "The source has no calibration: load one, or calibrate the camera."
+    )
+    CHANGE = QT_TRANSLATE_NOOP("Lack", "Nothing was changed since the source was opened.")
+    UNDONE = QT_TRANSLATE_NOOP("Lack", "Nothing was undone.")
+    ENTRIES = QT_TRANSLATE_NOOP("Lack", "The list is empty.")
+    PATIENCE = QT_TRANSLATE_NOOP("Lack", "Wait until the present run has ended.")
+    SEARCH = QT_TRANSLATE_NOOP("Lack", "A search is in progress.")
+    CHOICE = QT_TRANSLATE_NOOP("Lack", "Choose a source in the list, or type its address above.")
+    WHOLE = QT_TRANSLATE_NOOP("Lack", "The whole image is measured already.")
+    USER_SET = QT_TRANSLATE_NOOP("Lack", "Choose a set in the list.")
+    SAVABLE = QT_TRANSLATE_NOOP("Lack", "This set cannot be changed: choose another one.")
+    STARTABLE = QT_TRANSLATE_NOOP("Lack", "The camera starts with this set already, or cannot start with it.")
+    EDIT = QT_TRANSLATE_NOOP("Lack", "Nothing was edited.")
+    FIRST = QT_TRANSLATE_NOOP("Lack", "This control is the first one already.")
+    LAST = QT_TRANSLATE_NOOP("Lack", "This control is the last one already.")
+    PAGE = QT_TRANSLATE_NOOP("Lack", "This is the first page.")
+    VIEWS = QT_TRANSLATE_NOOP("Lack", "There are too few views yet.")
+    CONSENT = QT_TRANSLATE_NOOP("Lack", "Tick the box above first.")
+    MARKERS = QT_TRANSLATE_NOOP("Lack", "A chessboard has no markers.")
+    PATTERN = QT_TRANSLATE_NOOP("Lack", "A single marker has no rows and columns.")
+    NAMED = QT_TRANSLATE_NOOP("Lack", "The name is published: stop publishing it first.")
+    HAND_EYE = QT_TRANSLATE_NOOP("Lack", "Hand and eye of this robot cannot be calibrated here.")
+    OFFER = QT_TRANSLATE_NOOP("Lack", "The camera does not offer this now.")
 
     @property
     def text(self) -> str:
-        """The reason, and what to do about it, as display text."""
-        return {
-            Lack.SOURCE: translate("Lack", "No source is open: choose one in the list and connect to it."),
-            Lack.OPENING: translate("Lack", "The source is still being opened."),
-            Lack.LOST: translate("Lack", "The source does not answer: wait until it is back."),
-            Lack.STREAM: translate("Lack", "The source is stopped: start it first."),
-            Lack.CONTROL: translate(
-                "Lack",
-                "The source is open for reading only: another program controls it.",
-            ),
-            Lack.RUN: translate("Lack", "The source is stopped already."),
-            Lack.PRESENT: translate(
-                "Lack", "A source is open: disconnect it first, or double-click another one in the list."
-            ),
-            Lack.SHOWN: translate("Lack", "The source is open already: press “Show”, or click its tile."),
-            Lack.REST: translate("Lack", "The source streams already."),
-            Lack.FRAME: translate("Lack", "There is no frame yet: start the camera first."),
-            Lack.RANGE: translate(
-                "Lack", "The frame has no range image: enable the component Range, if there is one."
-            ),
-            Lack.POLARISERS: translate(
-                "Lack",
-                "The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.",
-            ),
-            Lack.EXPOSURE: translate("Lack", "The source has neither exposure time nor gain."),
-            Lack.BALANCE: translate("Lack", "The source has no white balance."),
-            Lack.REGION: translate("Lack", "The source has no region of interest that can be changed."),
-            Lack.USER_SETS: translate("Lack", "The source keeps no user sets: save its settings in a file."),
-            Lack.TABLE: translate("Lack", "The source has no look-up table that can be read."),
-            Lack.CALIBRATION: translate(
-                "Lack", "The source has no calibration: load one, or calibrate the camera."
-            ),
-            Lack.CHANGE: translate("Lack", "Nothing was changed since the source was opened."),
-            Lack.UNDONE: translate("Lack", "Nothing was undone."),
-            Lack.ENTRIES: translate("Lack", "The list is empty."),
-            Lack.PATIENCE: translate("Lack", "Wait until the present run has ended."),
-            Lack.SEARCH: translate("Lack", "A search is in progress."),
-            Lack.CHOICE: translate("Lack", "Choose a source in the list, or type its address above."),
-            Lack.WHOLE: translate("Lack", "The whole image is measured already."),
-            Lack.USER_SET: translate("Lack", "Choose a set in the list."),
-            Lack.SAVABLE: translate("Lack", "This set cannot be changed: choose another one."),
-            Lack.STARTABLE: translate(
-                "Lack", "The camera starts with this set already, or cannot start with it."
-            ),
-            Lack.EDIT: translate("Lack", "Nothing was edited."),
-            Lack.FIRST: translate("Lack", "This control is the first one already."),
-            Lack.LAST: translate("Lack", "This control is the last one already."),
-            Lack.PAGE: translate("Lack", "This is the first page."),
-            Lack.VIEWS: translate("Lack", "There are too few views yet."),
-            Lack.CONSENT: translate("Lack", "Tick the box above first."),
-            Lack.MARKERS: translate("Lack", "A chessboard has no markers."),
-            Lack.PATTERN: translate("Lack", "A single marker has no rows and columns."),
-            Lack.NAMED: translate("Lack", "The name is published: stop publishing it first."),
-            Lack.HAND_EYE: translate("Lack", "Hand and eye of this robot cannot be calibrated here."),
-            Lack.OFFER: translate("Lack", "The camera does not offer this now."),
-        }[self]
+        """The reason in the user's language."""
+        return translate("Lack", self.value)
 
 
 def lack_of(source: OpenSource | None, *, stream: bool = False, control: bool = False) -> Lack | None:

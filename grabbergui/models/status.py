@@ -14,7 +14,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import CameraFacts, Health, HealthMeter, StreamHealth
-from grabbergui.models.language import localized, translate
+from grabbergui.models.language import QT_TRANSLATE_NOOP, localized, translate
 from grabbergui.models.open_source import LinkState, OpenSource
 
 LEAST_RATE = 0.05
@@ -33,19 +33,19 @@ _DECISIVE = frozenset({"TriggerMode", "TriggerSource", "TriggerSelector", "Playb
 
 
 class Condition(Enum):
-    """The condition of a source."""
+    """The condition of a source, with seconds for {0}."""
 
-    CLOSED = "closed"
-    CONNECTING = "connecting"
-    STOPPED = "stopped"
-    READ_ONLY = "read only"
-    STARTING = "starting"
-    LIVE = "live"
-    PLAYING = "playing"
-    PAUSED = "paused"
-    WAITING = "waiting for a trigger"
-    STALLED = "stalled"
-    LOST = "lost"
+    CLOSED = QT_TRANSLATE_NOOP("Status", "Not connected")
+    CONNECTING = QT_TRANSLATE_NOOP("Status", "Connecting")
+    STOPPED = QT_TRANSLATE_NOOP("Status", "Stopped")
+    READ_ONLY = QT_TRANSLATE_NOOP("Status", "Read only")
+    STARTING = QT_TRANSLATE_NOOP("Status", "Starting")
+    LIVE = QT_TRANSLATE_NOOP("Status", "Live")
+    PLAYING = QT_TRANSLATE_NOOP("Status", "Playing")
+    PAUSED = QT_TRANSLATE_NOOP("Status", "Paused")
+    WAITING = QT_TRANSLATE_NOOP("Status", "Waiting for trigger")
+    STALLED = QT_TRANSLATE_NOOP("Status", "No frame for {0:.0f} s")
+    LOST = QT_TRANSLATE_NOOP("Status", "Lost for {0:.0f} s")
 
 
 class Tone(Enum):
@@ -129,19 +129,7 @@ class SourceStatus:
     @property
     def text(self) -> str:
         """The condition as display text, a few words."""
-        return {
-            Condition.CLOSED: translate("Status", "Not connected"),
-            Condition.CONNECTING: translate("Status", "Connecting"),
-            Condition.STOPPED: translate("Status", "Stopped"),
-            Condition.READ_ONLY: translate("Status", "Read only"),
-            Condition.STARTING: translate("Status", "Starting"),
-            Condition.LIVE: translate("Status", "Live"),
-            Condition.PLAYING: translate("Status", "Playing"),
-            Condition.PAUSED: translate("Status", "Paused"),
-            Condition.WAITING: translate("Status", "Waiting for trigger"),
-            Condition.STALLED: translate("Status", "No frame for {0:.0f} s").format(self.seconds),
-            Condition.LOST: translate("Status", "Lost for {0:.0f} s").format(self.seconds),
-        }[self.condition]
+        return translate("Status", self.condition.value).format(self.seconds)
 
     @property
     def tone(self) -> Tone:
