@@ -51,6 +51,8 @@ TIME = "PlaybackTime"
 LENGTH = "PlaybackFrameCount"
 DURATION = "PlaybackDuration"
 WIDTH, HEIGHT, PIXEL_FORMAT = "Width", "Height", "PixelFormat"
+_PLAYED = frozenset({POSITION, TIME, PLAYING, WIDTH, HEIGHT, PIXEL_FORMAT})
+"Features that change while a recording is played."
 
 SLOWEST, FASTEST = 0.05, 20.0
 
@@ -312,7 +314,7 @@ class PlaybackGrabber(FrameGrabber):
                 paused = not self._state.playing
             if time.monotonic() - signalled > NOTICE_PERIOD or at_position or paused:
                 signalled = time.monotonic()
-                self.features_changed.emit(frozenset({POSITION, TIME, PLAYING, WIDTH}))
+                self.features_changed.emit(_PLAYED)
 
     def _wait_for_turn(self) -> bool:
         """Wait until the frame at the position is due; return whether it was sought rather than reached."""

@@ -165,6 +165,25 @@ def test_features_match_their_descriptions(player):
         player.execute("PlaybackSpeed")
 
 
+def test_a_frame_of_another_size_or_format_is_announced(player, folder):
+    cv2.imwrite(str(folder / "5.png"), np.zeros((4, 16, 3), np.uint8))
+    (folder / "frames.jsonl").write_text(
+        "".join(note(index) for index in range(5)) + note(5, height=4, pixel_format="RGB8")
+    )
+    player.close()
+    player.open()
+    player.write_feature("PlaybackActive", False)
+    announced = set()
+    queue = player.open_queue()
+    player.start()
+    queue.get(PATIENCE)
+    player.features_changed.connect(lambda names: announced.update(names))
+    player.write_feature("PlaybackPosition", 5)
+    queue.get(PATIENCE)
+    until(lambda: {"Height", "PixelFormat"} <= announced)
+    assert player.feature("Height").value == 4
+
+
 def test_it_continues_after_a_stop_and_start(player):
     queue = player.open_queue(4)
     player.start()
