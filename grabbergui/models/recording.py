@@ -21,8 +21,16 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted, translate
 from grabbergui.models.open_source import OpenSource
-from grabbergui.recording import DiskFullError, RecordingKind, SourceClosedError, UnfinishedFileError
-from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
+from grabbergui.recording import RecordingKind
+from grabbergui.recording.recorder import (
+    DiskFullError,
+    Recorder,
+    RecordingLimits,
+    RecordingProgress,
+    SourceClosedError,
+    UnfinishedFileError,
+    create_recorder,
+)
 
 
 # -- recording -----------------------------------------------------------------------------------

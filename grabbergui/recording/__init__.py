@@ -25,7 +25,7 @@ from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame, FrameStatus
-from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.core.pfnc import PixelFormat
 
 DEFAULT_RATE = 25.0
 "Frames per second of a recording without times."
@@ -110,32 +110,6 @@ def _movie_kind(codec: str, *, lossless: bool) -> RecordingKind:
 # -- errors --------------------------------------------------------------------------------------
 class RecordingError(GrabberError):
     """A recording could not be written or read."""
-
-
-class DiskFullError(RecordingError):
-    """A recording ended because the disk is full. The frames written before are kept."""
-
-    def __init__(self, path: Path, free: int) -> None:
-        super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
-        self.path = path
-        self.free = free
-        "Free bytes, too few for another frame and the end of the file."
-
-
-class SourceClosedError(RecordingError):
-    """A recording ended because its source was closed."""
-
-    def __init__(self) -> None:
-        super().__init__("the source was closed")
-
-
-class UnfinishedFileError(RecordingError):
-    """The end of a recording could not be written."""
-
-    def __init__(self, path: Path, cause: Exception) -> None:
-        super().__init__(f"{path} could not be finished: {cause}")
-        self.path = path
-        self.cause = cause
 
 
 # -- the interface of recordings -----------------------------------------------------------------
@@ -256,6 +230,8 @@ MAX_SIDE = 65536
 ChunkValue = bool | int | float | str
 _RARE = {"complete": True, "missing_bytes": 0, "chunks": {}}
 "Values of a note that are left out, because nearly every frame has them."
+_TYPES = {"file": str, "pixel_format": str, "complete": bool, "chunks": dict}
+"Types of the values of a note that are no whole numbers."
 _WITHOUT_IMAGE = {kind.value: kind for kind in PayloadType if kind is not PayloadType.IMAGE}
 
 
@@ -299,42 +275,9 @@ class FrameNote:
         return text + "\n" if len(text) < MAX_LINE else replace(self, chunks={}).line()
 
 
-def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNote:
-    """Return the note of a frame that is stored in a pixel format."""
-    return FrameNote(
-        file=file,
-        width=frame.width,
-        height=frame.height,
-        pixel_format=pixel_format.name,
-        frame_id=frame.frame_id,
-        timestamp_ns=frame.timestamp_ns,
-        received_ns=frame.received_ns,
-        offset_x=frame.offset_x,
-        offset_y=frame.offset_y,
-        complete=frame.complete,
-        missing_bytes=frame.missing_bytes,
-        chunks={name: value for name, value in frame.chunks.items() if _is_chunk_value(value)},
-    )
-
-
-def _is_chunk_value(value: object) -> bool:
+def is_chunk_value(value: object) -> bool:
     """Return whether JSON has the value; it has no infinite numbers, and no bytes."""
     return isinstance(value, ChunkValue) and not (isinstance(value, float) and not math.isfinite(value))
-
-
-def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
-    """Return the pixels to store and their unpacked format. Raises PixelFormatError.
-
-    They are those of `Frame.raw` if PFNC has a format for them, else the displayed ones in Mono8 or RGB8.
-    """
-    if not frame.pixel_format.convertible:
-        frame.raw()
-    pixel_format = pfnc.unpacked(frame.pixel_format)
-    if pixel_format is not None:
-        return frame.raw(), pixel_format
-    if frame.pixel_format.family in (Family.MONO, Family.COORDINATES):
-        return frame.mono(), pfnc.by_name("Mono8")
-    return frame.rgb(), pfnc.by_name("RGB8")
 
 
 def format_named(name: str) -> PixelFormat:
@@ -406,13 +349,10 @@ def parse_note(line: str, where: str) -> FrameNote:
         note = FrameNote(**known)
     except (ValueError, TypeError, KeyError, RecursionError):
         raise UsageError(f"{where}: '{line[:60].strip()}' is not the note of a frame") from None
-    values = vars(note).copy()
-    right = isinstance(values.pop("file"), str) and isinstance(values.pop("pixel_format"), str)
-    right = right and isinstance(values.pop("complete"), bool) and isinstance(note.chunks, dict)
-    right = right and all(map(_is_chunk_value, values.pop("chunks").values()))
-    numbers = list(values.values())
-    if not right or not all(type(number) is int for number in numbers):
+    right = all(type(value) is _TYPES.get(name, int) for name, value in vars(note).items())
+    if not right or not all(map(is_chunk_value, note.chunks.values())):
         raise UsageError(f"{where}: a value of the frame's note has the wrong type")
+    numbers = [value for value in vars(note).values() if type(value) is int]
     has_size = 0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE
     if not (has_size or note.payload_type is not PayloadType.IMAGE) or min(numbers) < 0:
         raise UsageError(f"{where}: a frame of {note.width}×{note.height} pixels is impossible")

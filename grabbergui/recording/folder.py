@@ -22,13 +22,11 @@ from grabbergui.recording import (
     Recording,
     RecordingError,
     format_named,
-    note_of,
     read_notes,
     rebuilt,
     rising,
-    unpacked,
 )
-from grabbergui.recording.writer import OrderedWork, RecordingWriter
+from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
 
 NOTES_NAME = "frames.jsonl"
 IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")

@@ -35,11 +35,9 @@ from grabbergui.recording import (
     RecordingError,
     RecordingKind,
     Rising,
-    note_of,
-    unpacked,
 )
 from grabbergui.recording.movie_file import TIME_BASE, MovieRecording, bytes_of, notes_beside, plane_of
-from grabbergui.recording.writer import OrderedWork, RecordingWriter
+from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
 
 NOMINAL_RATE = 25.0
 "Frames per second in a movie's header if the camera's rate is unknown. Players use the frames' times."

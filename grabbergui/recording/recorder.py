@@ -29,16 +29,37 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.sfnc import Role
-from grabbergui.recording import (
-    DiskFullError,
-    RecordingError,
-    RecordingKind,
-    SourceClosedError,
-    UnfinishedFileError,
-)
+from grabbergui.recording import RecordingError, RecordingKind
 from grabbergui.recording.writer import RecordingWriter
 
 log = logging.getLogger(__name__)
+
+
+# -- why a recording ends ------------------------------------------------------------------------
+class DiskFullError(RecordingError):
+    """A recording ended because the disk is full. The frames written before are kept."""
+
+    def __init__(self, path: Path, free: int) -> None:
+        super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
+        self.path = path
+        self.free = free
+        "Free bytes, too few for another frame and the end of the file."
+
+
+class SourceClosedError(RecordingError):
+    """A recording ended because its source was closed."""
+
+    def __init__(self) -> None:
+        super().__init__("the source was closed")
+
+
+class UnfinishedFileError(RecordingError):
+    """The end of a recording could not be written."""
+
+    def __init__(self, path: Path, cause: Exception) -> None:
+        super().__init__(f"{path} could not be finished: {cause}")
+        self.path = path
+        self.cause = cause
 
 
 # -- the recorder --------------------------------------------------------------------------------

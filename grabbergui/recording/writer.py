@@ -1,4 +1,4 @@
-"""What writers of recordings have in common: their interface, and work on several threads in order."""
+"""Common to writers of recordings: their interface, notes and pixels to store, work on several threads."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+from numpy.typing import NDArray
+
+from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.recording import FrameNote, is_chunk_value
 
 
 class RecordingWriter(ABC):
@@ -47,6 +52,40 @@ class RecordingWriter(ABC):
         """Return the free bytes on its disk."""
         folder = self.path if self.path.is_dir() else self.path.parent
         return shutil.disk_usage(folder).free
+
+
+# -- frames to store ----------------------------------------------------------------------------
+def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNote:
+    """Return the note of a frame that is stored in a pixel format."""
+    return FrameNote(
+        file=file,
+        width=frame.width,
+        height=frame.height,
+        pixel_format=pixel_format.name,
+        frame_id=frame.frame_id,
+        timestamp_ns=frame.timestamp_ns,
+        received_ns=frame.received_ns,
+        offset_x=frame.offset_x,
+        offset_y=frame.offset_y,
+        complete=frame.complete,
+        missing_bytes=frame.missing_bytes,
+        chunks={name: value for name, value in frame.chunks.items() if is_chunk_value(value)},
+    )
+
+
+def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
+    """Return the pixels to store and their unpacked format. Raises PixelFormatError.
+
+    They are those of `Frame.raw` if PFNC has a format for them, else the displayed ones in Mono8 or RGB8.
+    """
+    if not frame.pixel_format.convertible:
+        frame.raw()
+    pixel_format = pfnc.unpacked(frame.pixel_format)
+    if pixel_format is not None:
+        return frame.raw(), pixel_format
+    if frame.pixel_format.family in (Family.MONO, Family.COORDINATES):
+        return frame.mono(), pfnc.by_name("Mono8")
+    return frame.rgb(), pfnc.by_name("RGB8")
 
 
 # -- work on several threads, in order -----------------------------------------------------------

@@ -19,11 +19,11 @@ from grabbergui.recording import (
     RecordingError,
     RecordingKind,
     kind_of,
-    note_of,
     open_recording,
     parse_note,
 )
 from grabbergui.recording.recorder import create_writer
+from grabbergui.recording.writer import note_of
 
 
 @pytest.mark.parametrize("suffix", ["", ".mcap", ".mp4"])
