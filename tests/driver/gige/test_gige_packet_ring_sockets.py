@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import socket
 import struct
 import threading
@@ -254,6 +255,26 @@ def test_packets_longer_than_announced_are_received_by_the_socket() -> None:
         assert stand.ring.failed
     finally:
         stand.close()
+
+
+def test_closing_does_not_wait_for_the_kernel_to_free_the_ring(
+    stand: Stand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    may_free, freed, free = threading.Event(), threading.Event(), packet_ring._free
+
+    def free_later(descriptor: int, memory: mmap.mmap) -> None:
+        may_free.wait(PATIENCE)
+        free(descriptor, memory)
+        assert memory.closed
+        freed.set()
+
+    monkeypatch.setattr(packet_ring, "_free", free_later)
+    stand.send(block(1))
+    stand.expect(1)
+    stand.ring.close()
+    assert not freed.is_set()
+    may_free.set()
+    assert freed.wait(PATIENCE)
 
 
 # -- packets that a ring does not see ----------------------------------------------------------------

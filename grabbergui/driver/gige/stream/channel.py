@@ -102,6 +102,8 @@ class Stream:
         self._tests_arrive = True
         "Whether test packets are worth a request; False once none of them came."
         self._receiver: StreamReceiver | None = None
+        self._ring: PacketRing | None = None
+        "That of the current or the last stream, if it had one."
         self._statistics = StreamStatistics()
         self.port = 0
         "The host's UDP port that frames arrive at; 0 before the stream was first opened."
@@ -233,8 +235,11 @@ class Stream:
         options = self._options
         if not options.batched or not recvmmsg.available():
             return PlainSource(receiver, self._device_ip)
-        if options.packet_ring is not RingUse.NEVER and (ring := self._open_ring(receiver, payload_size)):
-            return ring
+        unsuitable = self._ring is not None and self._ring.unsuitable
+        if options.packet_ring is not RingUse.NEVER and not unsuitable:
+            self._ring = self._open_ring(receiver, payload_size)
+            if self._ring is not None:
+                return self._ring
         return self._open_batches(receiver, payload_size)
 
     def _open_batches(self, receiver: socket.socket, payload_size: int) -> batches.BatchSource:

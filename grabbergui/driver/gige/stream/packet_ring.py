@@ -19,10 +19,12 @@ from __future__ import annotations
 import contextlib
 import logging
 import mmap
+import os
 import platform
 import socket
 import struct
 import sys
+import threading
 import time
 from collections.abc import Callable
 from enum import Enum
@@ -159,6 +161,8 @@ class PacketRing(PacedSource):
         self._headers = self._slots[:, : _HEADER.itemsize].view(_HEADER)[:, 0]
         self._statuses = self._headers["status"]
         self._ip_headers = self._slots[:, IP_AT : IP_AT + 8].view(">u8")[:, 0]
+        self.unsuitable = False
+        "Whether the stream has packets that no ring can take: fragments, joined ones, or longer ones."
         self._at = 0
         "Index of the next slot."
         self._proved: int | None = 0
@@ -249,6 +253,7 @@ class PacketRing(PacedSource):
         if count == len(odd):
             return True
         del slots
+        self.unsuitable = True
         self._fail("packets are fragments, joined, or longer than announced")
         return False
 
@@ -335,9 +340,16 @@ class PacketRing(PacedSource):
     def _release(self) -> None:
         if self._socket.fileno() < 0:
             return
-        self._socket.close()
-        # The memory is unmapped with the last array that is a view of it.
+        ring = (self._socket.detach(), self._memory)
         del self._statuses, self._headers, self._ip_headers, self._slots, self._memory
+        threading.Thread(target=_free, args=ring, name="free-ring", daemon=True).start()
+
+
+def _free(descriptor: int, memory: mmap.mmap) -> None:
+    """Free a ring; the kernel waits 10 to 30 ms until no processor uses it."""
+    os.close(descriptor)
+    with contextlib.suppress(BufferError):  # a view is left; the memory is unmapped with it
+        memory.close()
 
 
 def _hand_over(packets: NDArray[np.uint8], assembler: BlockAssembler, now: float) -> None:
