@@ -20,7 +20,7 @@ IP_UDP_BYTES = 28
 EXTENDED_BIT = 0x80
 "In the format byte: 64-bit block ids and a header of 20 bytes."
 CHUNK_BIT = 0x4000
-"In the payload type: chunks are appended. The rest is the kind, device-specific from 0x8000 on."
+"In the payload type: chunks are appended. The rest is the kind, see `kind_in`."
 FLAG_RESEND = 0x1
 "In the flags of an extended header."
 
@@ -54,6 +54,11 @@ class PayloadKind(IntEnum):
     GENDC = 11
 
 
+def kind_in(payload_type: int) -> int:
+    """Return the `PayloadKind` in a payload type, or a number that is none: from 0x8000 on a vendor's."""
+    return payload_type & ~CHUNK_BIT
+
+
 _KIND_NAMES: dict[int, str] = {
     PayloadKind.IMAGE: "an image without size or pixel format",
     PayloadKind.RAW: "raw data",
@@ -78,6 +83,8 @@ _SIZE_AT: dict[int, int] = {
     PayloadKind.GENDC: 12,
 }
 "Offset in the leader of the data's 64-bit size, for kinds that have it."
+_RESERVED: dict[int, int] = {PayloadKind.JPEG: 12, PayloadKind.JPEG2000: 12, PayloadKind.GENDC: 8}
+"Bytes behind that size."
 POSITIONED = frozenset((PayloadKind.H264, PayloadKind.MULTI_ZONE, PayloadKind.MULTI_PART, PayloadKind.GENDC))
 "Kinds whose payload packets have an additional header, most with the data's position."
 
@@ -145,9 +152,9 @@ class PacketHeader:
 class Leader:
     """First packet of a block. Sizes are those of the image, or of a multi-part block's first image."""
 
-    IMAGE: ClassVar[struct.Struct] = struct.Struct(">BBHQIIIIIHH")
-    IMAGE_FIELDS: ClassVar[struct.Struct] = struct.Struct(">IIIIIHH")
+    IMAGE: ClassVar[struct.Struct] = struct.Struct(">IIIIIHH")
     COMMON: ClassVar[struct.Struct] = struct.Struct(">HHQ")
+    "At the beginning of most leaders: reserved, payload type, timestamp."
 
     payload_type: int = PayloadKind.IMAGE
     timestamp: int = 0
@@ -167,10 +174,10 @@ class Leader:
     "Bytes of raw data, a file, a compressed image or a container; 0 if the leader does not contain it."
     file_name: str = ""
 
-    @property
+    @cached_property
     def kind(self) -> int:
         """A `PayloadKind`, or a number that is none."""
-        return self.payload_type & 0xBFFF
+        return kind_in(self.payload_type)
 
     @property
     def kind_name(self) -> str:
@@ -192,11 +199,6 @@ class Leader:
     def is_known(self) -> bool:
         """Whether the block can become a frame."""
         return self.is_image or self.kind == PayloadKind.CHUNK or self.kind in _SIZE_AT or bool(self.parts)
-
-    @property
-    def has_length(self) -> bool:
-        """Whether the leader alone shows where the payload ends."""
-        return self.payload_bytes is not None
 
     @cached_property
     def image_bytes(self) -> int:
@@ -228,33 +230,18 @@ class Leader:
 
     def encode(self) -> bytes:
         """Return the bytes after the header."""
+        if self.kind == PayloadKind.H264:
+            return self.COMMON.pack(0, self.payload_type, self.size).ljust(32, b"\0")
         head = self.COMMON.pack(0, self.payload_type, self.timestamp)
         if self.parts:
             return head + b"".join(part.encode() for part in self.parts)
         if self.kind == PayloadKind.CHUNK:
             return head
-        if self.kind == PayloadKind.H264:
-            return struct.pack(">HHQ", 0, self.payload_type, self.size).ljust(32, b"\0")
         if self.kind in _SIZE_AT:
-            head += struct.pack(">Q", self.size)
-            if self.kind in (PayloadKind.JPEG, PayloadKind.JPEG2000):
-                return head + bytes(12)
-            if self.kind == PayloadKind.GENDC:
-                return head + bytes(8)
             name = self.file_name.encode() + b"\0" if self.kind == PayloadKind.FILE else b""
-            return head + name
-        return self.IMAGE.pack(0, 0, self.payload_type, self.timestamp, *self._geometry())
-
-    def _geometry(self) -> tuple[int, ...]:
-        return (
-            self.pixel_format,
-            self.width,
-            self.height,
-            self.offset_x,
-            self.offset_y,
-            self.padding_x,
-            self.padding_y,
-        )
+            return head + self.size.to_bytes(8, "big") + name + bytes(_RESERVED.get(self.kind, 0))
+        offset, padding = (self.offset_x, self.offset_y), (self.padding_x, self.padding_y)
+        return head + self.IMAGE.pack(self.pixel_format, self.width, self.height, *offset, *padding)
 
     @classmethod
     def decode(cls, body: bytes | memoryview) -> Leader:
@@ -265,7 +252,7 @@ class Leader:
         if len(body) < 4:
             raise RemoteProtocolError(f"GVSP leader of {len(body)} bytes")
         payload_type = struct.unpack_from(">H", body, 2)[0]
-        kind = payload_type & 0xBFFF
+        kind = kind_in(payload_type)
         if kind == PayloadKind.H264:  # the timestamp is in the payload packets
             return cls(payload_type, size=_size(body, kind))
         if len(body) < cls.COMMON.size:
@@ -281,11 +268,11 @@ class Leader:
         if kind not in (PayloadKind.IMAGE, PayloadKind.EXTENDED_CHUNK, PayloadKind.MULTI_ZONE):
             return cls(payload_type, timestamp)
         offset = 16 if kind == PayloadKind.MULTI_ZONE else 12
-        if len(body) < offset + cls.IMAGE_FIELDS.size:
+        if len(body) < offset + cls.IMAGE.size:
             raise RemoteProtocolError(
-                f"GVSP image leader of {len(body)} bytes, need {offset + cls.IMAGE_FIELDS.size}"
+                f"GVSP image leader of {len(body)} bytes, need {offset + cls.IMAGE.size}"
             )
-        return cls(payload_type, timestamp, *cls.IMAGE_FIELDS.unpack_from(body, offset))
+        return cls(payload_type, timestamp, *cls.IMAGE.unpack_from(body, offset))
 
     @classmethod
     def _of_parts(cls, payload_type: int, timestamp: int, body: bytes | memoryview) -> Leader:
@@ -319,7 +306,7 @@ class PartType(IntEnum):
 class Part:
     """One part of a multi-part block."""
 
-    FORMAT: ClassVar[struct.Struct] = struct.Struct(">H6sI2xBBIHHIIIIHH4x")
+    FORMAT: ClassVar[struct.Struct] = struct.Struct(">H6sI2xB5xHHIIIIHH4x")
     IMAGE_TYPES: ClassVar[tuple[int, ...]] = (PartType.IMAGE_2D, PartType.IMAGE_3D)
     "Types whose pixels are all in one part."
 
@@ -345,8 +332,6 @@ class Part:
             self.length.to_bytes(6, "big"),
             self.pixel_format,
             self.source,
-            0,
-            0,
             self.purpose,
             self.region,
             *self.geometry,
@@ -355,19 +340,10 @@ class Part:
     @classmethod
     def decode(cls, body: bytes | memoryview, offset: int) -> Part:
         """Read 48 bytes at `offset`."""
-        data_type, length, code, source, _, _, purpose, region, *geometry = cls.FORMAT.unpack_from(
-            body, offset
-        )
-        width, height, x, y, padding_x, padding_y = geometry
-        return cls(
-            data_type,
-            int.from_bytes(length, "big"),
-            code,
-            (width, height, x, y, padding_x, padding_y),
-            source,
-            purpose,
-            region,
-        )
+        fields = cls.FORMAT.unpack_from(body, offset)
+        data_type, length, code, source, purpose, region = fields[:6]
+        size = int.from_bytes(length, "big")
+        return cls(data_type, size, code, fields[6:], source, purpose, region)
 
 
 @dataclass(frozen=True)
@@ -384,7 +360,7 @@ class Trailer:
 
     def encode(self) -> bytes:
         """Return the bytes after the header."""
-        body, kind = self.COMMON.pack(0, self.payload_type), self.payload_type & 0xBFFF
+        body, kind = self.COMMON.pack(0, self.payload_type), kind_in(self.payload_type)
         if kind == PayloadKind.CHUNK:
             return body + struct.pack(">I", self.payload_bytes or 0)
         if kind == PayloadKind.EXTENDED_CHUNK:
@@ -401,7 +377,7 @@ class Trailer:
         if len(body) < cls.COMMON.size:
             raise RemoteProtocolError(f"GVSP trailer of {len(body)} bytes, need {cls.COMMON.size}")
         payload_type = cls.COMMON.unpack_from(body)[1]
-        kind = payload_type & 0xBFFF
+        kind = kind_in(payload_type)
         words = struct.unpack_from(f">{(len(body) - 4) // 4}I", body, 4)
         if kind == PayloadKind.IMAGE:
             height = words[0] if words else 0

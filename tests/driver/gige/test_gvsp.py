@@ -238,7 +238,7 @@ def test_what_a_leader_says_of_its_block() -> None:
         (Leader(0x8001), False, False, False, None),
     ):
         assert (leader.is_image, leader.has_chunks, leader.is_known) == (image, chunks, known)
-        assert leader.payload_bytes == payload and leader.has_length == (payload is not None)
+        assert leader.payload_bytes == payload
 
 
 def test_each_kind_of_block_has_a_name() -> None:

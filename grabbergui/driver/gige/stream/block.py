@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from grabbergui.driver.gige.gvsp import (
     PartPosition,
     PayloadKind,
     Trailer,
+    kind_in,
 )
 from grabbergui.driver.gige.stream.packet_sorting import PacketRun, id_runs
 from grabbergui.driver.gige.stream.resend import PacketAccount
@@ -269,7 +269,7 @@ class Block(PacketAccount):
 
     def _take_all_in(self, body: memoryview) -> None:
         payload_type = int.from_bytes(body[2:4], "big")
-        sizes = _ALL_IN_SIZES.get(payload_type & 0xBFFF)
+        sizes = _ALL_IN_SIZES.get(kind_in(payload_type))
         if sizes is None:
             raise RemoteProtocolError(f"an all-in packet of payload type 0x{payload_type:04X}")
         leader_size, trailer_size = sizes
@@ -362,7 +362,7 @@ class Block(PacketAccount):
             leader is not None
             and not self.refused
             and self.trailer_id is None
-            and (leader.has_chunks or not leader.has_length)
+            and leader.payload_bytes is None
             and leader.kind not in POSITIONED
             and self.ended_short
             and self.extent >= leader.image_bytes
@@ -436,12 +436,9 @@ class Block(PacketAccount):
     def _blank_missing(self, payload: NDArray[np.uint8]) -> int:
         """Zero the missing packets; return their number of bytes."""
         stride = self.layout.stride
-        packets = -(-len(payload) // stride)
-        received = np.zeros(packets + 1, np.uint8)
-        known: NDArray[Any] = self.received[: packets + 1]
-        received[: len(known)] = known
-        runs = id_runs(np.flatnonzero(received[1:] == 0))
-        missing = [(first * stride, (last + 1) * stride) for first, last in runs]
+        ids = self.missing(-(-len(payload) // stride))
+        runs = id_runs(ids[ids > 0])  # 0 is the leader
+        missing = [((first - 1) * stride, last * stride) for first, last in runs]
         return _blank(payload, missing + self._unfilled)
 
 
