@@ -8,10 +8,13 @@ its reported properties agree.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
+from typing import TypeVar
 
 from grabbergui.core.errors import OtherCameraError
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -120,6 +123,24 @@ def require_one(name: str, candidates: Sequence[DeviceInfo]) -> None:
     if len(known) > 1:
         text = " and ".join(known.values())
         raise OtherCameraError(f"'{name}' names {len(known)} cameras: {text}; write which one you mean")
+
+
+def choose(
+    name: str, answering: Sequence[Found], known: DeviceInfo | None, info_of: Callable[[Found], DeviceInfo]
+) -> Found | None:
+    """Return the camera to open of those that answer to a name, as all do to an empty one; None without.
+
+    It is the first, or once a camera is `known` the same one. Raises OtherCameraError if another camera
+    answers to the name, or several do.
+    """
+    if known is not None:
+        same = [found for found in answering if not differs(info_of(found), known)]
+        if name and answering and not same:
+            require_same(known, info_of(answering[0]))
+        answering = same
+    if name:
+        require_one(name, [info_of(found) for found in answering])
+    return answering[0] if answering else None
 
 
 def distinct_names(cameras: Iterable[Sequence[str]]) -> list[str]:

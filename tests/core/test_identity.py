@@ -7,6 +7,7 @@ import pytest
 from grabbergui.core.errors import OtherCameraError
 from grabbergui.core.identity import (
     DeviceInfo,
+    choose,
     describe,
     distinct_names,
     is_same,
@@ -55,6 +56,22 @@ def test_a_name_of_several_cameras_is_refused_and_one_listed_twice_is_one():
     require_one("7", [])
     with pytest.raises(OtherCameraError, match=r"'7' names 2 cameras: gige:7, .* and gige:10\.0\.0\.8, "):
         require_one("7", [CAMERA, twin])
+
+
+def test_a_camera_is_chosen_among_those_that_answer_and_later_only_the_same_one():
+    other = replace(CAMERA, uri="gige:8", serial="8", hardware_id="00:30:53:0a:0b:0d")
+
+    def chosen(name, answering, known=None):
+        return choose(name, answering, known, lambda info: info)
+
+    assert chosen("", []) is None and chosen("7", []) is None
+    assert chosen("", [other, CAMERA]) is other and chosen("7", [CAMERA]) is CAMERA
+    assert chosen("", [other, CAMERA], CAMERA) is CAMERA and chosen("left", [other, CAMERA], CAMERA) is CAMERA
+    assert chosen("", [other], CAMERA) is None
+    with pytest.raises(OtherCameraError, match="another camera answers"):
+        chosen("left", [other], CAMERA)
+    with pytest.raises(OtherCameraError, match="'left' names 2 cameras"):
+        chosen("left", [other, CAMERA])
 
 
 def test_a_description_identifies_a_camera():

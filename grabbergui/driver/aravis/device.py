@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, describe, differs, distinct_names, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, choose, describe, differs, distinct_names, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
@@ -120,15 +120,10 @@ class AravisDevice(Device):
     def _find(self) -> FoundCamera:
         cameras = find_cameras()
         answering = [camera for camera in cameras if not self._name or camera.answers_to(self._name)]
-        if self._identified:
-            same = [camera for camera in answering if not differs(camera.info(), self.info)]
-            if self._name and answering and not same:
-                require_same(self.info, answering[0].info())
-            answering = same
-        if self._name:
-            require_one(self._name, [camera.info(camera.address_or_id) for camera in answering])
-        if answering:
-            return answering[0]
+        opened = self.info if self._identified else None
+        chosen = choose(self._name, answering, opened, lambda camera: camera.info(camera.address_or_id))
+        if chosen is not None:
+            return chosen
         known = ", ".join(camera.info().uri for camera in cameras) or "none"
         wanted = self._name or (describe(self.info) if self._identified else "")
         raise SourceNotFoundError(

@@ -33,7 +33,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.identity import DeviceInfo, describe, differs, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, choose, describe, differs, require_same
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, fetch_description, with_texts
@@ -141,16 +141,10 @@ class GentlDevice(Device):
 
     def _find(self, producer: Producer) -> FoundCamera:
         cameras = producer.cameras()
-        answering_to = [camera for camera in cameras if camera.answers_to(self._name)]
-        if self._identified:
-            same = [camera for camera in answering_to if not differs(camera.device, self.info)]
-            if answering_to and not same:
-                require_same(self.info, answering_to[0].device)
-            answering_to = same
-        if self._name:
-            require_one(self._name, [camera.device for camera in answering_to])
-        if answering_to:
-            return answering_to[0]
+        answering = [camera for camera in cameras if camera.answers_to(self._name)]
+        opened = self.info if self._identified else None
+        if (chosen := choose(self._name, answering, opened, lambda camera: camera.device)) is not None:
+            return chosen
         known = ", ".join(camera.device.uri for camera in cameras) or "none"
         wanted = (
             f"camera '{self._name}'" if self._name else describe(self.info) if self._identified else "camera"

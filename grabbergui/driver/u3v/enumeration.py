@@ -17,7 +17,7 @@ import usb.core
 import usb.util
 
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError
-from grabbergui.core.identity import DeviceInfo, describe, differs, distinct_names, require_one, require_same
+from grabbergui.core.identity import DeviceInfo, choose, describe, distinct_names
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
@@ -143,16 +143,8 @@ def find_camera(name: str, backend: Any | None = None, wanted: DeviceInfo | None
     """
     cameras = find_cameras(backend)
     answering = [camera for camera in cameras if not name or camera.answers_to(name)]
-    if answering and wanted is not None:
-        # Its address may differ: it may be plugged into another port now.
-        matching = [camera for camera in answering if not differs(camera.info, wanted)]
-        if not matching and name:
-            require_same(wanted, answering[0].info)
-        answering = matching
-    if name:
-        require_one(name, [camera.info for camera in answering])
-    if answering:
-        return answering[0]
+    if (chosen := choose(name, answering, wanted, lambda camera: camera.info)) is not None:
+        return chosen
     if not cameras:
         raise SourceNotFoundError("no USB3 Vision camera is plugged in")
     known = ", ".join(camera.info.uri for camera in cameras)
