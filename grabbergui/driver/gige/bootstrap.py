@@ -6,6 +6,7 @@ value after decoding (bit 0 = 0x00000001).
 
 from __future__ import annotations
 
+import socket
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
@@ -185,3 +186,13 @@ PACKET_SIZE_MASK = 0xFFFF
 PORT_MASK = 0xFFFF
 STREAM_CHANNELS_MASK = 0x1FF
 "The number of channels in `Register.STREAM_CHANNELS`."
+
+
+def ip_number(address: str) -> int:
+    """Return an IPv4 address as registers hold it."""
+    return int.from_bytes(socket.inet_aton(address), "big")
+
+
+def ip_text(number: int) -> str:
+    """Return the IPv4 address in a register."""
+    return socket.inet_ntoa(number.to_bytes(4, "big"))

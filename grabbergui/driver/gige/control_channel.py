@@ -14,12 +14,11 @@ or whose control went elsewhere, is noticed within two seconds.
 
 from __future__ import annotations
 
-import socket
 from dataclasses import dataclass, field
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, GrabberError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
-from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.bootstrap import Control, Register, ip_text
 from grabbergui.driver.gige.gvcp import Ack, ReadReg, Request, Status
 
 
@@ -307,5 +306,4 @@ class Heartbeat:
                 "the camera took our control back; its heartbeat may have expired, or it has restarted"
             )
         elif self._holder is not None and tuple(holder) != self._holder:
-            address = socket.inet_ntoa(holder[1].to_bytes(4, "big"))
-            self.lost = f"another application, at {address}, took control of the camera"
+            self.lost = f"another application, at {ip_text(holder[1])}, took control of the camera"

@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
-from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register
+from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register, ip_number
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
@@ -114,7 +114,7 @@ class MessageChannel:
 
     def _open(self, local_ip: str) -> None:
         memory = self._memory
-        memory.write_register(Register.MCDA, int.from_bytes(socket.inet_aton(local_ip), "big"))
+        memory.write_register(Register.MCDA, ip_number(local_ip))
         memory.write_register(Register.MCP, self._socket.getsockname()[1])
         if memory.read_register(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
             source_port = memory.read_register(Register.MCSP) & PORT_MASK

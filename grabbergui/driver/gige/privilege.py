@@ -22,7 +22,7 @@ from grabbergui.core.errors import (
     GrabberError,
     ProtocolError,
 )
-from grabbergui.driver.gige.bootstrap import PORT_MASK, Capability, Control, Register
+from grabbergui.driver.gige.bootstrap import PORT_MASK, Capability, Control, Register, ip_text
 from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.gvcp import Status, WriteReg
@@ -153,7 +153,7 @@ def _controller(link: ControlLink) -> _Controller | None:
         return None  # only a detail of a message
     if not number:
         return None
-    address = socket.inet_ntoa(number.to_bytes(4, "big"))
+    address = ip_text(number)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind((address, port))

@@ -27,6 +27,8 @@ from grabbergui.driver.gige.bootstrap import (
     PacketSizeFlag,
     Register,
     StreamChannel,
+    ip_number,
+    ip_text,
 )
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.discovery import Interface
@@ -175,7 +177,7 @@ class Stream:
             if group:
                 join_multicast(receiver, group, self._interface.ip)
             self.port = receiver.getsockname()[1]
-            destination = int.from_bytes(socket.inet_aton(group or self._interface.ip), "big")
+            destination = ip_number(group or self._interface.ip)
             self._memory.write_register(self._channel.destination, destination)
             self._memory.write_register(self._channel.port, self.port)
             sizer = PacketSizer(
@@ -204,7 +206,7 @@ class Stream:
 
     def _listen_in(self, payload_size: int) -> socket.socket:
         """Join the multicast stream that another controller opened."""
-        group = socket.inet_ntoa(self._memory.read_register(self._channel.destination).to_bytes(4, "big"))
+        group = ip_text(self._memory.read_register(self._channel.destination))
         port = self._memory.read_register(self._channel.port) & PORT_MASK
         if not is_multicast(group) or not port:
             sends = f"sends its frames to {group} alone" if port else "sends no frames yet"

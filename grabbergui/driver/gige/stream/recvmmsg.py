@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.driver.gige.bootstrap import ip_number
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM
 
@@ -101,7 +102,7 @@ class MessageSlots:
     """Slots of the datagrams' own length, so that these lie one after another without a gap."""
 
     def __init__(self, device_ip: str) -> None:
-        self._device_ip = int.from_bytes(socket.inet_aton(device_ip), "big")
+        self._device_ip = ip_number(device_ip)
         self._call = ctypes.CDLL(None, use_errno=True).recvmmsg
         # Keeps the GIL: for a single datagram a change of threads takes longer than the call.
         self._call_for_one = ctypes.PyDLL(None, use_errno=True).recvmmsg

@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterable
 from typing import Final
 
 from grabbergui.core.errors import ResourceExhaustedError, TransportError
+from grabbergui.driver.gige.bootstrap import ip_number
 from grabbergui.driver.gige.gvsp import EXTENDED_BIT, PacketFormat
 
 log = logging.getLogger(__name__)
@@ -268,7 +269,7 @@ def stream_filter(device_ip: str, local_ip: str, port: int) -> list[Instruction]
     Of fragments only the first has a port, and IP options move it: those from the device are admitted
     whatever their port, so that a ring sees that it cannot read them.
     """
-    device, local = (int.from_bytes(socket.inet_aton(ip), "big") for ip in (device_ip, local_ip))
+    device, local = map(ip_number, (device_ip, local_ip))
     refuse, admit, following = "refuse", "admit", "following"
     checks = [
         (_LOAD_BYTE, _PACKET_TYPE, _GREATER, _TO_GROUP, refuse, following),

@@ -6,7 +6,6 @@ clock. One thread calls it.
 
 from __future__ import annotations
 
-import socket
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from typing import NamedTuple
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Control, GvcpConfiguration
+from grabbergui.driver.gige.bootstrap import Control, GvcpConfiguration, ip_number, ip_text
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
     KEY,
@@ -171,7 +170,7 @@ class ControlChannel:
         data = struct.pack(">qq", frame_id, timestamp)
         event = Event(event_id, (frame_id - 1) % 0xFFFF + 1 if frame_id else 0, timestamp, data=data)
         datagram = event.encode(self._event_id)
-        to = (_dotted(self.memory.integer(gev.MCDA)), port)
+        to = (ip_text(self.memory.integer(gev.MCDA)), port)
         wait = self.memory.integer(gev.MCTT) / 1000
         self._unheard[self._event_id] = _UnheardEvent(datagram, to, now + wait, self.memory.integer(gev.MCRC))
         return [Outgoing(now, datagram, to)]
@@ -351,7 +350,7 @@ class ControlChannel:
             self.release()
             return 0
         self._controller = self._source
-        self.memory.set(gev.PRIMARY_IP, _number(self._source[0]))
+        self.memory.set(gev.PRIMARY_IP, ip_number(self._source[0]))
         self.memory.set(gev.PRIMARY_PORT, self._source[1])
         return wanted & (_ON_CONTROL | Control.SWITCHOVER)
 
@@ -375,11 +374,3 @@ class ControlChannel:
             if int(value) & bit:
                 self.model.write(register.address, register.encode(1))
         return 0
-
-
-def _number(address: str) -> int:
-    return int.from_bytes(socket.inet_aton(address), "big")
-
-
-def _dotted(number: int) -> str:
-    return socket.inet_ntoa(struct.pack(">I", number))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import socket
-import struct
 from dataclasses import dataclass
 from functools import partial
 from importlib import resources
@@ -14,6 +12,7 @@ from grabbergui.driver.gige.bootstrap import (
     GvcpConfiguration,
     MessageCapability,
     StreamChannel,
+    ip_number,
 )
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.sim import registers as reg
@@ -200,8 +199,8 @@ def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -
     memory.on_read(GVCP_CONFIGURATION, lambda: _with_ptp(model, int(memory.stored(GVCP_CONFIGURATION))))
     memory.on_written(GVCP_CONFIGURATION, lambda: _set_ptp(model, int(memory.stored(GVCP_CONFIGURATION))))
     memory.on_read(IEEE1588_STATUS, lambda: model.memory.integer(reg.PTP_STATUS))
-    memory.set(CURRENT_IP, _number(address))
-    memory.set(SUBNET_MASK, _number(netmask))
+    memory.set(CURRENT_IP, ip_number(address))
+    memory.set(SUBNET_MASK, ip_number(netmask))
     memory.set(MAC_HIGH, int.from_bytes(mac[:2], "big"))
     memory.set(MAC_LOW, int.from_bytes(mac[2:], "big"))
     memory.add_block(XML_ADDRESS, archive)
@@ -227,8 +226,3 @@ def _latched(model: CameraModel, shift: int) -> int:
 def identity(memory: RegisterMemory) -> bytes:
     """Return the DISCOVERY_ACK's payload: the first registers as they are."""
     return memory.read(0, Identity.FORMAT.size)
-
-
-def _number(address: str) -> int:
-    (number,) = struct.unpack(">I", socket.inet_aton(address))
-    return int(number)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit
+from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, ip_number, ip_text
 from grabbergui.driver.gige.discovery import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.files import FileStore
@@ -148,7 +148,7 @@ class GigeCamera:
         wanted = int(self._flash.get(gev.PERSISTENT_IP, 0))
         if not ways & IpConfigurationBit.PERSISTENT or not wanted:
             return self.address
-        address = socket.inet_ntoa(wanted.to_bytes(4, "big"))
+        address = ip_text(wanted)
         try:
             _open_socket(address, shared=False).close()
         except OSError as error:
@@ -190,8 +190,8 @@ class GigeCamera:
             sock.close()
         self._sockets = sockets
         self.address = ip
-        self.control.memory.set(gev.CURRENT_IP, int.from_bytes(socket.inet_aton(ip), "big"))
-        self.control.memory.set(gev.SUBNET_MASK, int.from_bytes(socket.inet_aton(netmask), "big"))
+        self.control.memory.set(gev.CURRENT_IP, ip_number(ip))
+        self.control.memory.set(gev.SUBNET_MASK, ip_number(netmask))
         self._stream.move(ip)
         self._report_source_port(self.control.memory)
         return True
@@ -266,7 +266,7 @@ class GigeCamera:
         self._stream.configure(
             [
                 StreamSettings(
-                    socket.inet_ntoa(memory.integer(channel.scda).to_bytes(4, "big")),
+                    ip_text(memory.integer(channel.scda)),
                     memory.integer(channel.scp) & bootstrap.PORT_MASK,
                     memory.integer(channel.scps) & bootstrap.PACKET_SIZE_MASK,
                     memory.integer(channel.scpd),
