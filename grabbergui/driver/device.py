@@ -28,7 +28,7 @@ from urllib.parse import unquote, urlsplit
 
 from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 
@@ -155,6 +155,11 @@ class Device(ABC):
         stream = self._receiving
         return stream.statistics() if stream is not None else replace(self._last_statistics)
 
+    def report_event(self, event_id: int, message: bytes) -> None:
+        """Pass an event to `on_event`. Any thread."""
+        if self.on_event is not None:
+            self.on_event(event_id, message)
+
     def report_lost(self, reason: str) -> None:
         """Note that an open camera is lost, and call `on_lost` the first time. Any thread."""
         with self._reporting:
@@ -182,6 +187,32 @@ FARTHEST_BLOCK = 10_000
 def lost_between(steps: int) -> int:
     """Return how many blocks were lost between two whose ids are `steps` apart."""
     return steps - 1 if 1 < steps <= FARTHEST_BLOCK else 0
+
+
+class FrameCounter:
+    """Counts the frames of a stream. One thread counts."""
+
+    def __init__(self) -> None:
+        self.counts = StreamStatistics()
+        "The rates in it stay 0; see `statistics`."
+        self._rate = RateMeter()
+        self._last_id: int | None = None
+
+    def note_id(self, frame_id: int) -> None:
+        """Count the frames that were lost before this one."""
+        if self._last_id is not None:
+            self.counts.lost += lost_between(frame_id - self._last_id)
+        self._last_id = frame_id
+
+    def note_complete(self, size: int) -> None:
+        """Count a complete frame of `size` bytes."""
+        self.counts.frames += 1
+        self.counts.bytes += size
+        self._rate.add(size)
+
+    def statistics(self) -> StreamStatistics:
+        """Return a snapshot with the current rates. Any thread."""
+        return self.counts.snapshot(self._rate)
 
 
 def deliver_or_log(deliver: Callable[[Frame], None], frame: Frame) -> None:

@@ -33,9 +33,9 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log, lost_between
+from grabbergui.driver.device import FrameCounter, StreamRequest, check_payload_size, deliver_or_log
 
 log = logging.getLogger(__name__)
 
@@ -276,9 +276,7 @@ class AravisStream:
         self._pool = BufferPool(size)
         self._lent: dict[int, NDArray[np.uint8]] = {}
         "Arrays that Aravis fills, by the address of its buffer object."
-        self._statistics = StreamStatistics()
-        self._rate = RateMeter()
-        self._last_id: int | None = None
+        self._counter = FrameCounter()
         self._lock = threading.Lock()
         self._stopping = False
         failure = Failure("opening the stream")
@@ -306,7 +304,7 @@ class AravisStream:
         """Return a snapshot of the counters. Any thread."""
         with self._lock:
             self._count()
-        return self._statistics.snapshot(self._rate)
+        return self._counter.statistics()
 
     def _count(self) -> None:
         """Copy Aravis's counters while the stream is open. The caller holds the lock."""
@@ -316,13 +314,13 @@ class AravisStream:
         self._library.arv_stream_get_statistics(
             self._stream, ctypes.byref(completed), ctypes.byref(failures), ctypes.byref(underruns)
         )
-        self._statistics.incomplete = failures.value
-        self._statistics.underruns = underruns.value
+        counts = self._counter.counts
+        counts.incomplete, counts.underruns = failures.value, underruns.value
         for index in range(self._library.arv_stream_get_n_infos(self._stream)):
             field = _COUNTERS.get(self._library.arv_stream_get_info_name(self._stream, index).decode())
             if field:
                 value = self._library.arv_stream_get_info_uint64(self._stream, index)
-                setattr(self._statistics, field, value)
+                setattr(counts, field, value)
 
     def _lend(self) -> bool:
         """Give Aravis one more buffer; return False if consumers hold all of them."""
@@ -360,16 +358,11 @@ class AravisStream:
         library.arv_buffer_get_data(buffer, ctypes.byref(size))
         used = min(size.value, len(array))
         frame_id = library.arv_buffer_get_frame_id(buffer)
-        statistics = self._statistics
-        if self._last_id is not None:
-            statistics.lost += lost_between(frame_id - self._last_id)
-        self._last_id = frame_id
+        self._counter.note_id(frame_id)
         # Aravis reports neither size nor format of an incomplete frame; the counters contain it.
         if not complete:
             return None
-        statistics.frames += 1
-        statistics.bytes += used
-        self._rate.add(used)
+        self._counter.note_complete(used)
         # A payload without an image (a file, GenDC) becomes one line of bytes in an unknown format.
         x, y, width, height, padding_x, pixel_format = 0, 0, used, 1, 0, 0
         if self._is_image(buffer):

@@ -35,10 +35,10 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
-from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.device import StreamRequest, check_payload_size, deliver_or_log, lost_between
+from grabbergui.driver.device import FrameCounter, StreamRequest, check_payload_size, deliver_or_log
 
 log = logging.getLogger(__name__)
 
@@ -231,10 +231,8 @@ class GentlStream:
         self._deliver = deliver
         self._on_gone = on_gone
         self._deliver_incomplete = request.deliver_incomplete
-        self._statistics = StreamStatistics()
-        self._rate = RateMeter()
+        self._counter = FrameCounter()
         self._stopping = threading.Event()
-        self._last_frame_id: int | None = None
         # Buffers that no frame uses. Finalisers append; the receiving thread queues them.
         self._free: deque[int] = deque()
         self._memory: list[bytes] = []
@@ -264,7 +262,7 @@ class GentlStream:
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters. Any thread."""
-        return self._statistics.snapshot(self._rate)
+        return self._counter.statistics()
 
     # -- buffers ---------------------------------------------------------------------------------
     def _begin(self, request: StreamRequest) -> None:
@@ -350,19 +348,14 @@ class GentlStream:
         return frame
 
     def _frame(self, buffer: Any, index: int) -> Frame | None:
-        statistics = self._statistics
         frame_id = _number(buffer, "frame_id")
-        last, self._last_frame_id = self._last_frame_id, frame_id
-        if last is not None:
-            statistics.lost += lost_between(frame_id - last)
+        self._counter.note_id(frame_id)
         complete = _complete(buffer)
         size = min(_number(buffer, "size_filled"), len(self._memory[index]))
         if complete:
-            statistics.frames += 1
-            statistics.bytes += size
-            self._rate.add(size)
+            self._counter.note_complete(size)
         else:
-            statistics.incomplete += 1
+            self._counter.counts.incomplete += 1
         if not size or not (complete or self._deliver_incomplete):
             return None
         offset = _number(buffer, "image_offset")

@@ -246,11 +246,7 @@ class GigeDevice(Device):
         if self._messages is not None or not memory.read_register(Register.MESSAGE_CHANNELS):
             return
         local_ip = self._require_interface().ip
-        self._messages = MessageChannel(memory, self.info.address, local_ip, self._report_event)
-
-    def _report_event(self, event_id: int, message: bytes) -> None:
-        if self.on_event is not None:
-            self.on_event(event_id, message)
+        self._messages = MessageChannel(memory, self.info.address, local_ip, self.report_event)
 
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:

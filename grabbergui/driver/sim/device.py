@@ -27,11 +27,11 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SimulatedOptions, SourceUri, read_options
-from grabbergui.driver.device import DataLayout, Device, StreamRequest, deliver_or_log
+from grabbergui.driver.device import DataLayout, Device, FrameCounter, StreamRequest, deliver_or_log
 from grabbergui.driver.gige.gvcp_messages import Event as Message
 from grabbergui.driver.payload_contents import Contents, H264Stream, PayloadReader
 from grabbergui.driver.sim import registers as reg
@@ -59,7 +59,7 @@ _EVENT_DATA = struct.Struct(">qq")
 
 
 class SimulatedDevice(Device):
-    """A `CameraModel` as a device. Its frames are rendered straight into the pool's buffers."""
+    """A `CameraModel` as a device."""
 
     event_layout = DataLayout.GIGE_VISION
 
@@ -68,12 +68,6 @@ class SimulatedDevice(Device):
         self.model = model
         self._open = False
         self._granted = Access.MONITOR
-        self._running = threading.Event()
-        self._thread: threading.Thread | None = None
-        self._statistics = StreamStatistics()
-        self._rate = RateMeter()
-        self._reader = PayloadReader()
-        self._decoder = H264Stream()
 
     def open(self, access: Access) -> Access:
         """Connect. Every access is granted, as no other program can hold this camera."""
@@ -112,55 +106,63 @@ class SimulatedDevice(Device):
 
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         """Start the thread that renders and delivers."""
-        if self._thread is not None:
+        if self._receiving is not None:
             raise LocalProtocolError("the simulated camera's stream is open already")
-        self._statistics = StreamStatistics()
-        self._rate.clear()
-        self.model.prepare()
-        self._running.set()
-        pool = BufferPool(max(request.payload_size, 1))
-        self._thread = threading.Thread(
-            target=self._stream, args=(pool, deliver), name="simulated camera", daemon=True
-        )
-        self._thread.start()
-
-    def close_stream(self) -> None:
-        """Stop the thread and wait for its end."""
-        self._running.clear()
-        self.model.wake()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
-            self._rate.clear()
-
-    def stream_statistics(self) -> StreamStatistics:
-        """Return a snapshot of the counters."""
-        return self._statistics.snapshot(self._rate)
+        self._receiving = SimulatedStream(self.model, request, deliver)
 
     def _require_open(self) -> None:
         if not self._open:
             raise DeviceLostError("the simulated camera is closed")
 
-    def _stream(self, pool: BufferPool, deliver: Callable[[Frame], None]) -> None:
-        while self._running.is_set():
-            plan = self.model.next_frame(_POLL_S)
+    def _send_event(self, event: Event, frame_id: int, timestamp: int) -> None:
+        event_id = EVENT_ID_BASE + event
+        message = Message(event_id, frame_id, timestamp, data=_EVENT_DATA.pack(frame_id, timestamp))
+        self.report_event(event_id, message.encode(1, ack_required=False))
+
+
+class SimulatedStream:
+    """Renders frames straight into the pool's buffers on its own thread, from construction until `close`."""
+
+    def __init__(self, model: CameraModel, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        self._model = model
+        self._deliver = deliver
+        self._pool = BufferPool(max(request.payload_size, 1))
+        self._counter = FrameCounter()
+        self._reader = PayloadReader()
+        self._decoder = H264Stream()
+        self._stopping = False
+        model.prepare()
+        self._thread = threading.Thread(target=self._run, name="simulated camera", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop. Nothing is delivered after return."""
+        self._stopping = True
+        self._model.wake()
+        self._thread.join()
+
+    def statistics(self) -> StreamStatistics:
+        """Return a snapshot of the counters. Any thread."""
+        return self._counter.statistics()
+
+    def _run(self) -> None:
+        while not self._stopping:
+            plan = self._model.next_frame(_POLL_S)
             if plan is None:
                 continue
-            if plan.payload_bytes > pool.size:
+            if plan.payload_bytes > self._pool.size:
                 # The stream was opened for smaller frames, as if packets beyond the buffer were dropped.
-                self._statistics.incomplete += 1
+                self._counter.counts.incomplete += 1
                 continue
-            buffer = pool.take()
+            buffer = self._pool.take()
             if buffer is None:
-                self._statistics.underruns += 1
+                self._counter.counts.underruns += 1
                 continue
-            used = self.model.render(plan, buffer)
-            self._statistics.frames += 1
-            self._statistics.bytes += used
-            self._rate.add(used)
+            used = self._model.render(plan, buffer)
+            self._counter.note_complete(used)
             frame = self._frame(plan, buffer[:used])
             del buffer
-            deliver_or_log(deliver, frame)
+            deliver_or_log(self._deliver, frame)
             del frame  # else its buffer would be in use until the next one is made
 
     def _frame(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Frame:
@@ -172,7 +174,7 @@ class SimulatedDevice(Device):
             pixel_format=settings.pixel_format,
             frame_id=plan.frame_id,
             timestamp_ns=plan.timestamp_ns,
-            received_ns=time.time_ns() - (self.model.timestamp() - plan.timestamp_ns),
+            received_ns=time.time_ns() - (self._model.timestamp() - plan.timestamp_ns),
             offset_x=settings.offset_x,
             offset_y=settings.offset_y,
             chunks={CHUNK_FEATURE[chunk]: value for chunk, value in plan.chunk_values.items()},
@@ -188,8 +190,6 @@ class SimulatedDevice(Device):
         if kind in (PayloadType.JPEG, PayloadType.JPEG2000):
             return self._reader.compressed(kind, payload)
         if kind is PayloadType.H264:
-            if plan.frame_id == 1:
-                self._decoder = H264Stream()
             image = self._decoder.add(plan.frame_id, payload)
             return Contents(kind, payload, () if image is None else (image,))
         if kind is not PayloadType.MULTI_PART:
@@ -207,12 +207,6 @@ class SimulatedDevice(Device):
             for piece in pieces(settings, ())
         )
         return Contents(kind, payload, parts)
-
-    def _send_event(self, event: Event, frame_id: int, timestamp: int) -> None:
-        if self.on_event:
-            event_id = EVENT_ID_BASE + event
-            message = Message(event_id, frame_id, timestamp, data=_EVENT_DATA.pack(frame_id, timestamp))
-            self.on_event(event_id, message.encode(1, ack_required=False))
 
 
 SCENE_NAME = "scene"

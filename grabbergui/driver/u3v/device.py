@@ -165,17 +165,13 @@ class U3vDevice(Device):
             longest = registers.read_u32(self._eirm_address + Eirm.MAXIMUM_EVENT_TRANSFER)
             registers.write_u32(self._eirm_address + Eirm.CONTROL, Eirm.EVENT_ENABLE)
         self._watcher = Watcher(
-            handle, event, longest, self._on_device_event, self.report_lost, self._synchronise_clock
+            handle, event, longest, self.report_event, self.report_lost, self._synchronise_clock
         )
 
     def _disable_events(self) -> None:
         if self._eirm_address and not self.lost and self._registers is not None:
             with contextlib.suppress(GrabberError):
                 self._registers.write_u32(self._eirm_address + Eirm.CONTROL, 0)
-
-    def _on_device_event(self, event_id: int, packet: bytes) -> None:
-        if self.on_event is not None:
-            self.on_event(event_id, packet)
 
     def _synchronise_clock(self) -> None:
         if not self._has_clock:

@@ -18,11 +18,11 @@ from grabbergui.core import pfnc
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
-from grabbergui.core.frame_queue import RateMeter, StreamStatistics
-from grabbergui.driver.device import lost_between
+from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.driver.device import FrameCounter
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
-from grabbergui.driver.u3v.gencp import Event, decode_events
+from grabbergui.driver.u3v.gencp import decode_events
 from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan, round_up
 from grabbergui.driver.u3v.stream_protocol import PayloadType as U3vPayloadType
 from grabbergui.driver.u3v.transfer_queues import Outcome, TransferQueue
@@ -170,7 +170,8 @@ class Watcher:
             log.debug("event: %s", error)
             return
         for record in records:
-            self._on_event(record.event_id, self._adapted(record))
+            # GenApi's adapter needs a whole packet and reads only its first record.
+            self._on_event(record.event_id, record.encode(0))
 
     def _tolerate(self, error: TransportError) -> None:
         """Tolerate a bus error or an event that is too long; re-raise the error after too many of them."""
@@ -179,11 +180,6 @@ class Watcher:
         if self._errors > ERRORS_IN_A_ROW or not self._handle.is_present():
             raise error
         self._stopping.wait(EVENT_WAIT)  # unlike a timeout, a failure returns immediately
-
-    @staticmethod
-    def _adapted(record: Event) -> bytes:
-        # GenApi's adapter needs a whole packet and reads only its first record.
-        return record.encode(0)
 
 
 # -- the stream ----------------------------------------------------------------------------------
@@ -216,9 +212,7 @@ class StreamReceiver:
         self._assembler = BlockAssembler(plan, lambda: self._pool.take(), packet_size)
         self._pool = BufferPool(self._assembler.buffer_size)
         self._reader = PayloadReader()
-        self._statistics = StreamStatistics()
-        self._meter = RateMeter()
-        self._last_id: int | None = None
+        self._counter = FrameCounter()
         self._errors = 0
         self._stopping = threading.Event()
         self._ready = threading.Event()
@@ -235,7 +229,7 @@ class StreamReceiver:
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters. Any thread."""
-        snapshot = self._statistics.snapshot(self._meter)
+        snapshot = self._counter.statistics()
         snapshot.packets_ignored = self._assembler.ignored
         return snapshot
 
@@ -274,7 +268,7 @@ class StreamReceiver:
             self._recover(completion.outcome)
             return
         self._errors = 0
-        self._statistics.packets += 1
+        self._counter.counts.packets += 1
         was_in_step = self._assembler.in_step
         block = self._assembler.complete(completion.request, completion.length)
         if was_in_step and not self._assembler.in_step:
@@ -288,7 +282,7 @@ class StreamReceiver:
     def _recover(self, outcome: Outcome) -> None:
         """Restart after a stall or a bus error."""
         self._errors += 1
-        self._statistics.packets_missing += 1
+        self._counter.counts.packets_missing += 1
         self._queue.cancel()
         self._assembler.give_up()
         if self._errors > ERRORS_IN_A_ROW:
@@ -298,22 +292,16 @@ class StreamReceiver:
         self._queue.reset_endpoint()
 
     def _finish(self, block: Block) -> None:
-        statistics = self._statistics
         assert block.leader is not None and block.trailer is not None
-        block_id = block.leader.block_id
-        if self._last_id is not None:
-            statistics.lost += lost_between(block_id - self._last_id)
-        self._last_id = block_id
+        self._counter.note_id(block.leader.block_id)
         if block.dropped:
-            statistics.underruns += 1
+            self._counter.counts.underruns += 1
             return
         complete = not block.missing and not block.trailer.status
         if complete:
-            statistics.frames += 1
-            statistics.bytes += block.trailer.valid_payload_size
-            self._meter.add(block.trailer.valid_payload_size)
+            self._counter.note_complete(block.trailer.valid_payload_size)
         else:
-            statistics.incomplete += 1
+            self._counter.counts.incomplete += 1
             if not self._deliver_incomplete:
                 return
         try:

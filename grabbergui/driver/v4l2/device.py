@@ -29,12 +29,12 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
-from grabbergui.core.frame_queue import RateMeter, StreamStatistics
+from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import Device, StreamRequest, deliver_or_log, lost_between
+from grabbergui.driver.device import Device, FrameCounter, StreamRequest, deliver_or_log
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
 from grabbergui.driver.v4l2.video import (
@@ -273,9 +273,7 @@ class V4l2Stream:
                 " PixelFormat"
             )
         self._pool = BufferPool(max(_payload_bytes(self._format), 1))
-        self._statistics = StreamStatistics()
-        self._rate = RateMeter()
-        self._last: int | None = None
+        self._counter = FrameCounter()
         self._stopping = threading.Event()
         self._buffers = video.begin(BUFFERS)
         self._thread = threading.Thread(target=self._run, name="v4l2 receiver", daemon=True)
@@ -289,7 +287,7 @@ class V4l2Stream:
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the counters. Any thread."""
-        return self._statistics.snapshot(self._rate)
+        return self._counter.statistics()
 
     def _run(self) -> None:
         poll = select.poll()
@@ -311,21 +309,16 @@ class V4l2Stream:
                 self._on_gone(str(error))
 
     def _frame(self, filled: Filled) -> Frame | None:
-        statistics = self._statistics
-        last, self._last = self._last, filled.sequence
-        if last is not None:
-            statistics.lost += lost_between(filled.sequence - last)
+        self._counter.note_id(filled.sequence)
         buffer = self._pool.take()
         if buffer is None:
-            statistics.underruns += 1
+            self._counter.counts.underruns += 1
             return None
         payload = None if filled.damaged or not filled.size else self._payload(filled, buffer)
         if payload is None:
-            statistics.incomplete += 1
+            self._counter.counts.incomplete += 1
             return None
-        statistics.frames += 1
-        statistics.bytes += payload.nbytes
-        self._rate.add(payload.nbytes)
+        self._counter.note_complete(payload.nbytes)
         current = self._format
         compressed = current.fourcc in COMPRESSED
         pixel_format = pfnc.by_name("BGR8" if compressed else PFNC_NAMES[current.fourcc])
