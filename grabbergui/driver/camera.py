@@ -213,13 +213,9 @@ class Camera(FrameGrabber):
 
     def _write(self, name: str, value: FeatureValue) -> WriteResult:
         with self._lock:
-            nodes = self._opened()
-            if not nodes.has(name):
-                raise self._not_found(name)
-            if self._access is Access.MONITOR:
-                raise FeatureAccessError(
-                    f"{name}: this camera is open for reading only, another application controls it", name
-                )
+            nodes, writer = self._opened(), self._writes()
+            self._require(name)
+            self._require_control(name)
             if name == acquisition.TRANSPORT_LOCK:
                 raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
             if self._acquisition.left_on and self._acquisition.pauses_for(name):
@@ -229,12 +225,11 @@ class Camera(FrameGrabber):
             feature, value = taking or _validated(nodes.feature(name), value)
             if name.startswith(_EVENT_SWITCH):
                 self._open_events()
-            assert self._writer is not None
             if not restart:
                 with nodes.exclusive():  # one lock for all its steps
-                    return self._writer.write(feature, value)
+                    return writer.write(feature, value)
             with self._acquisition.paused():
-                result = self._writer.write(feature, value)
+                result = writer.write(feature, value)
             # A stream that runs again locks features.
             others = tuple(self.feature(other.name) for other in result.also_changed)
             return replace(result, feature=self.feature(name), also_changed=others)
@@ -247,8 +242,7 @@ class Camera(FrameGrabber):
     @override
     def execute(self, name: str) -> None:
         self._require(name)
-        if self._access is Access.MONITOR:
-            raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
+        self._require_control(name)
         with self._explaining_loss, self._lock if name == LOAD_SET else nullcontext():
             self._opened().execute(name)
             if name == LOAD_SET:
@@ -266,10 +260,15 @@ class Camera(FrameGrabber):
 
     @override
     def write_register(self, name: str, content: bytes) -> None:
-        if self._access is Access.MONITOR:
-            raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
+        self._require_control(name)
         with self._explaining_loss, self._lock:
             self._opened().write_register(name, content)
+
+    def _require_control(self, name: str) -> None:
+        if self._access is Access.MONITOR:
+            raise FeatureAccessError(
+                f"{name}: this camera is open for reading only; another application may control it", name
+            )
 
     # -- acquisition -----------------------------------------------------------------------------
     @override
@@ -456,7 +455,7 @@ class Camera(FrameGrabber):
         return self._writer
 
     def _opened(self) -> CameraNodeMap:
-        nodes = self._nodes
+        nodes = self._nodes  # another thread may close it
         if nodes is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return nodes

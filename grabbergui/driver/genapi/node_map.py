@@ -316,7 +316,7 @@ class CameraNodeMap:
 
     def _assign(self, name: str, value: FeatureValue) -> NodeFeature:
         node = self._node(name)
-        self._port.failure = None
+        self._port.take_failure()
         try:
             node.assign(value)
         except _GENAPI_ERRORS as error:
@@ -324,7 +324,7 @@ class CameraNodeMap:
         return node
 
     def _raise_loss(self) -> None:
-        failure, self._port.failure = self._port.failure, None
+        failure = self._port.take_failure()
         if isinstance(failure, DeviceLostError):
             raise failure
 
@@ -348,13 +348,10 @@ class CameraNodeMap:
         answer = str(failure) if failure else node_features.reason_of(error)
         message = f"{what}: the camera answered: {answer}"
         if isinstance(error, genapi.OutOfRangeException):
-            return FeatureValueError(f"{message} (allowed: {self._range(name)})", name)
+            return FeatureValueError(f"{message} (allowed: {self.feature(name).range_text()})", name)
         if isinstance(error, genapi.AccessException) and failure is None:
             return FeatureAccessError(f"{what}: {self.feature(name).access_problem()}", name)
         return FeatureError(message, name)
-
-    def _range(self, name: str) -> str:
-        return self.feature(name).range_text()
 
     def _is_done(self, name: str) -> bool:
         with self._lock:
