@@ -18,6 +18,8 @@ SENSOR_WIDTH, SENSOR_HEIGHT = 4096, 2160
 FIRST_WIDTH, FIRST_HEIGHT = 1224, 1024
 """The region in the sensor's middle that is seen after power-on."""
 
+FASTEST_LINK = 10**12
+"Bytes per second, more than any link has; the description allows up to DeviceLinkSpeed."
 LINE_TIME_US = 2.0
 "Time to read out one line of the sensor."
 FRAME_OVERHEAD_US = 100.0
@@ -262,6 +264,7 @@ _POWER_ON: dict[str, PowerOn] = {
 }
 """Contents of registers after power-on, by feature and, with a selector, by entry. Others hold 0."""
 _LIMITS = {
+    "DeviceLinkThroughputLimit": (None, FASTEST_LINK),
     "Width": (None, SENSOR_WIDTH),
     "Height": (None, SENSOR_HEIGHT),
     "OffsetX": (None, SENSOR_WIDTH),

@@ -75,6 +75,12 @@ def test_registers_are_what_the_description_says(register):
     assert found == register
 
 
+def test_a_number_that_a_host_writes_is_bounded_on_both_sides():
+    for register in reg.ALL:
+        if register.writable:
+            assert (register.minimum is None) == (register.maximum is None), register.name
+
+
 def test_no_register_lies_on_another():
     by_address = sorted(reg.ALL, key=lambda register: register.address)
     for register, following in itertools.pairwise(by_address):

@@ -38,6 +38,7 @@ def test_refusals_say_why(bench):
     assert refused(bench, reg.SENSOR_WIDTH_REGISTER, 1) is Refusal.WRITE_PROTECT
     assert refused(bench, reg.EXPOSURE_TIME, float("nan")) is Refusal.INVALID_PARAMETER
     assert refused(bench, reg.WIDTH, 100 + 1) is Refusal.INVALID_PARAMETER
+    assert refused(bench, reg.LINK_THROUGHPUT_LIMIT, 0) is Refusal.INVALID_PARAMETER
     for address, data in (
         (0x50, bytes(4)),
         (reg.WIDTH.address + 2, bytes(4)),
