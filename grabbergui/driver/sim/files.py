@@ -50,28 +50,20 @@ class Wear(Enum):
 
 @dataclass(frozen=True)
 class _FileKind:
+    name: str
+    "As FileSelector has it."
     wear: Wear
     capacity: int
     "Bytes."
 
 
-SPELLED = {
-    File.USER_SET1: "UserSet1",
-    File.USER_SET2: "UserSet2",
-    File.LUT_LUMINANCE: "LUTLuminance",
-    File.SHADING_CORRECTION: "ShadingCorrection",
-    File.DEVICE_LOG: "DeviceLog",
-    File.FIRMWARE: "Firmware",
-}
-"As FileSelector has them."
-
 _FILE_KINDS = {
-    File.USER_SET1: _FileKind(Wear.IN_PLACE, 1 << 16),
-    File.USER_SET2: _FileKind(Wear.IN_PLACE, 1 << 16),
-    File.LUT_LUMINANCE: _FileKind(Wear.IN_PLACE, LUT_ENTRIES * 2),
-    File.SHADING_CORRECTION: _FileKind(Wear.IN_PLACE, 1 << 15),
-    File.DEVICE_LOG: _FileKind(Wear.READ_ONLY, 1 << 16),
-    File.FIRMWARE: _FileKind(Wear.ON_CLOSE, 1 << 20),
+    File.USER_SET1: _FileKind("UserSet1", Wear.IN_PLACE, 1 << 16),
+    File.USER_SET2: _FileKind("UserSet2", Wear.IN_PLACE, 1 << 16),
+    File.LUT_LUMINANCE: _FileKind("LUTLuminance", Wear.IN_PLACE, LUT_ENTRIES * 2),
+    File.SHADING_CORRECTION: _FileKind("ShadingCorrection", Wear.IN_PLACE, 1 << 15),
+    File.DEVICE_LOG: _FileKind("DeviceLog", Wear.READ_ONLY, 1 << 16),
+    File.FIRMWARE: _FileKind("Firmware", Wear.ON_CLOSE, 1 << 20),
 }
 
 
@@ -144,7 +136,7 @@ class FileStore:
             kept = _FILE_KINDS[file].wear is Wear.ON_CLOSE
             self.states[file] = FileState.DISCARDED if kept else FileState.INCOMPLETE
             self.note(
-                f"power was lost while {SPELLED[file]} was written, after {received} bytes: "
+                f"power was lost while {_FILE_KINDS[file].name} was written, after {received} bytes: "
                 + ("the upload is discarded, the file before it kept" if kept else "the file is incomplete")
             )
         self.uploading.clear()
@@ -152,6 +144,12 @@ class FileStore:
 
 
 # -- access to files -----------------------------------------------------------------------------
+_Outcome = tuple[FileOperationStatus, int]
+"FileOperationStatus and FileOperationResult."
+_SUCCEEDED: _Outcome = FileOperationStatus.SUCCESS, 0
+_FAILED: _Outcome = FileOperationStatus.FAILURE, 0
+
+
 class FileControl:
     """The registers of FileAccessControl. The caller holds the camera's lock."""
 
@@ -193,13 +191,13 @@ class FileControl:
     def _selected(self) -> File:
         return File(self._memory.integer(reg.FILE_SELECTOR))
 
-    def _open_file(self, file: File) -> tuple[FileOperationStatus, int]:
+    def _open_file(self, file: File) -> _Outcome:
         mode = FileOpenMode(self._memory.integer(reg.FILE_OPEN_MODE))
         self.on_open(file)
         wear = _FILE_KINDS[file].wear
         if mode is not FileOpenMode.READ:
             if wear is Wear.READ_ONLY:
-                return FileOperationStatus.FAILURE, 0
+                return _FAILED
             fresh = b"" if mode is FileOpenMode.WRITE else self.store.content(file)
             self.store.uploading[file] = 0
             if wear is Wear.ON_CLOSE:
@@ -208,54 +206,56 @@ class FileControl:
                 self.store.contents[file] = bytearray(fresh)
                 self.store.states[file] = FileState.INCOMPLETE
         self._open[file] = mode
-        return FileOperationStatus.SUCCESS, 0
+        return _SUCCEEDED
 
-    def _close(self, file: File) -> tuple[FileOperationStatus, int]:
+    def _close(self, file: File) -> _Outcome:
         mode = self._open.pop(file, None)
         if mode is None:
-            return FileOperationStatus.FAILURE, 0
+            return _FAILED
         if mode is FileOpenMode.READ:
-            return FileOperationStatus.SUCCESS, 0
+            return _SUCCEEDED
         received = self.store.uploading.pop(file, 0)
         staged = self._staged.pop(file, None)
         if staged is not None and firmware_version(bytes(staged)) is None:
             self.store.states[file] = FileState.DISCARDED
-            self.store.note(f"{SPELLED[file]}: {received} bytes are not valid firmware and were discarded")
-            return FileOperationStatus.FAILURE, 0
+            self.store.note(
+                f"{_FILE_KINDS[file].name}: {received} bytes are not valid firmware and were discarded"
+            )
+            return _FAILED
         self.store.replace(file, self.store.content(file) if staged is None else bytes(staged))
-        self.store.note(f"{SPELLED[file]} was written: {len(self.store.content(file))} bytes")
+        self.store.note(f"{_FILE_KINDS[file].name} was written: {len(self.store.content(file))} bytes")
         self.on_stored(file)
-        return FileOperationStatus.SUCCESS, 0
+        return _SUCCEEDED
 
-    def _read(self, file: File) -> tuple[FileOperationStatus, int]:
+    def _read(self, file: File) -> _Outcome:
         offset, length = self._range()
         content = self.store.content(file)
         if self._open.get(file) not in (FileOpenMode.READ, FileOpenMode.READ_WRITE) or offset > len(content):
-            return FileOperationStatus.FAILURE, 0
+            return _FAILED
         part = content[offset : offset + length]
         self._buffer[: len(part)] = part
         return FileOperationStatus.SUCCESS, len(part)
 
-    def _write(self, file: File) -> tuple[FileOperationStatus, int]:
+    def _write(self, file: File) -> _Outcome:
         offset, length = self._range()
         if self._open.get(file) not in (FileOpenMode.WRITE, FileOpenMode.READ_WRITE):
-            return FileOperationStatus.FAILURE, 0
+            return _FAILED
         content = self._staged.get(file, self.store.contents.setdefault(file, bytearray()))
         if offset > len(content):
-            return FileOperationStatus.FAILURE, 0
+            return _FAILED
         if offset + length > _FILE_KINDS[file].capacity:
             return FileOperationStatus.OVERFLOW, 0
         content[offset : offset + length] = self._buffer[:length]
         self.store.uploading[file] += length
         return FileOperationStatus.SUCCESS, length
 
-    def _delete(self, file: File) -> tuple[FileOperationStatus, int]:
+    def _delete(self, file: File) -> _Outcome:
         if _FILE_KINDS[file].wear is not Wear.IN_PLACE or file in self._open:
-            return FileOperationStatus.FAILURE, 0
+            return _FAILED
         self.store.replace(file, b"")
-        self.store.note(f"{SPELLED[file]} was deleted")
+        self.store.note(f"{_FILE_KINDS[file].name} was deleted")
         self.on_stored(file)
-        return FileOperationStatus.SUCCESS, 0
+        return _SUCCEEDED
 
     def _range(self) -> tuple[int, int]:
         """Return FileAccessOffset and FileAccessLength."""
@@ -391,10 +391,8 @@ def _decode_settings(content: bytes) -> dict[Register, RegisterValue]:
             raise RegisterRefusedError(
                 Refusal.INVALID_PARAMETER, f"the user set has no setting {name[:40]!r}"
             )
-        value: RegisterValue = text
         try:
-            if register.kind is not Kind.STRING:
-                value = float(text) if register.kind is Kind.FLOAT64 else int(text)
+            value = float(text) if register.kind is Kind.FLOAT64 else int(text)
         except ValueError as error:
             message = f"the user set's {name} is not a number: {text[:40]!r}"
             raise RegisterRefusedError(Refusal.INVALID_PARAMETER, message) from error

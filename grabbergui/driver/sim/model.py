@@ -188,7 +188,9 @@ class CameraModel:
         """
         settings = plan.settings
         begin = first_piece(settings, tuple(plan.chunk_values))
-        image = out[begin:] if settings.payload_type is not PayloadType.CHUNK else self._scratch(settings)
+        # The automatic modes need an image even if none is sent.
+        unsent = settings.payload_type is PayloadType.CHUNK
+        image = np.empty(settings.image_bytes, np.uint8) if unsent else out[begin:]
         values = self.sensor.render(settings, plan.frame_id, plan.timestamp_ns, image)
         with self._changed:
             regulate(self.memory, settings, values)
@@ -206,10 +208,6 @@ class CameraModel:
         end = min(end, self._clock() + int(self.sensor.scene.ahead * 1e9))
         while (left := end - self._clock()) > 0 and self.streaming:
             self._changed.wait(left * 1e-9)
-
-    def _scratch(self, settings: FrameSettings) -> NDArray[np.uint8]:
-        """Return room for an image that is not sent: the automatic modes need it."""
-        return np.empty(settings.image_bytes, np.uint8)
 
     def _take(self, now: int) -> FramePlan | None:
         taken = self._sequencer.take(self._timing(), now)
@@ -261,8 +259,7 @@ class CameraModel:
             memory.on_written(register, self._update_geometry)
         memory.on_check(reg.OFFSET_X, self._check_offset(reg.OFFSET_X, reg.WIDTH, reg.WIDTH_MAX))
         memory.on_check(reg.OFFSET_Y, self._check_offset(reg.OFFSET_Y, reg.HEIGHT, reg.HEIGHT_MAX))
-        for which, register in enumerate(reg.DEVICE_TEMPERATURE):
-            thermometer = self._thermometers[which]
+        for register, thermometer in zip(reg.DEVICE_TEMPERATURE, self._thermometers, strict=True):
             memory.on_read(register, partial(self._temperature, thermometer))
         memory.on_read(reg.FRAME_RATE, self._asked_rate)
         memory.on_read(reg.RESULTING_FRAME_RATE, self._resulting_rate)
