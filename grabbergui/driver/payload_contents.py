@@ -14,7 +14,7 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -54,14 +54,9 @@ class Contents:
     chunk_payload: NDArray[np.uint8] | None = None
     file_name: str = ""
 
-    @property
-    def first_image(self) -> Component | None:
-        """The component for consumers of a single image."""
-        return own_component(self.parts)
-
     def frame(self, image: Frame) -> Frame:
         """Add these contents to `image`, which has the block's metadata, and return the frame."""
-        first = self.first_image
+        first = own_component(self.parts)  # for consumers of a single image
         image.payload_type = self.payload_type
         image.file_name, image.chunk_payload = self.file_name, self.chunk_payload
         image.payload = self.payload
@@ -146,18 +141,13 @@ class PayloadReader:
     ) -> Component | None:
         pixel_format = pfnc.by_code(part.pixel_format or component.pixel_format)
         kind = kind_of(pixel_format, component.type_id)
-        encoding, header = None, ImageHeader(part.width, part.height, pixel_format)
+        image: Component | None = Component(data, part.width, part.height, pixel_format, kind)
         if encoded := _GENDC_ENCODINGS.get(part.header_type):
-            still = self.compressed_part(encoded, data, kind)
-            if still is None:
-                return None
-            encoding, header = still.encoding, ImageHeader(still.width, still.height, still.pixel_format)
-        return Component(
-            data,
-            header.width,
-            header.height,
-            header.pixel_format,
-            kind,
+            image = self.compressed_part(encoded, data, kind)
+        if image is None:
+            return None
+        return replace(
+            image,
             region=component.region,
             source=component.source,
             purpose=component.group,
@@ -165,7 +155,6 @@ class PayloadReader:
             offset_y=component.offset_y,
             padding_x=part.padding_x,
             big_endian=self._big_endian,
-            encoding=encoding,
         )
 
     def warn_once(self, fault: str) -> None:
@@ -279,10 +268,8 @@ class H264Stream:
         keys = [unit.number for unit in held if unit.key]
         if not held or held[-1].number != number:
             raise PixelFormatError("this H.264 image is no longer kept: newer key frames have replaced it")
-        continues = (
-            self._decoder is not None and (keys[-1] if keys else held[0].number) <= self._next <= number
-        )
-        if continues and held[0].number <= self._next:
+        first = keys[-1] if keys else held[0].number
+        if self._decoder is not None and first <= self._next <= number:
             return [unit for unit in held if unit.number >= self._next]
         if not keys:
             raise PixelFormatError("this H.264 image cannot be decoded: its key frame is no longer kept")

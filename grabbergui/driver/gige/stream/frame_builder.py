@@ -106,27 +106,24 @@ class FrameBuilder:
         kind = kind_of(pixel_format, part.purpose)
         if part.data_type == PartType.CONFIDENCE:
             kind = ComponentKind.CONFIDENCE
+        image: Component | None = None
         if part.data_type in (PartType.JPEG, PartType.JPEG2000):
             image = self._reader.compressed_part(_COMPRESSED[part.data_type], data, kind)
-            if image is None:
-                return None
-            return replace(image, region=part.region, source=part.source, purpose=part.purpose)
-        if not width or not height:
+        elif width and height:
+            image = Component(
+                data,
+                width,
+                height,
+                pixel_format,
+                kind,
+                offset_x=offset_x,
+                offset_y=offset_y,
+                padding_x=padding_x,
+                big_endian=self._big_endian,
+            )
+        if image is None:
             return None
-        return Component(
-            data,
-            width,
-            height,
-            pixel_format,
-            kind,
-            part.region,
-            part.source,
-            part.purpose,
-            offset_x,
-            offset_y,
-            padding_x,
-            self._big_endian,
-        )
+        return replace(image, region=part.region, source=part.source, purpose=part.purpose)
 
     def _format(self, code: int) -> pfnc.PixelFormat:
         if code not in self._formats:
