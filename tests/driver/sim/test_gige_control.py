@@ -161,6 +161,14 @@ def test_control_expires_without_heartbeat(controlled):
     assert controlled.value(CCP) == 0
 
 
+def test_control_that_was_taken_without_an_acknowledge_lasts_as_long(device):
+    assert device.send(CommandCode.WRITEREG, WriteReg(((CCP, 2),)).payload(), flags=0) == []
+    device.channel.poll(device.now + 1.0)
+    assert device.channel.controlled
+    device.channel.poll(device.now + 60.0)
+    assert not device.channel.controlled
+
+
 def test_the_heartbeat_can_be_switched_off(controlled):
     controlled.write(0x954, 1)
     controlled.now += 1000

@@ -230,23 +230,19 @@ class ControlChannel:
             status, answer = refused.status, refused.payload
         except RemoteProtocolError:
             status, answer = Status.INVALID_HEADER, b""
+        if self._source == self._controller:  # perhaps since this command
+            self._heard = now
         if status & _FAILED and not answer and header.command in _WRITES:
             # Hosts do not look at it, but dissectors do.
             answer = encode_write_ack(0)
         if answer is None or not header.flags & FLAG_ACK_REQUIRED:
             return []
-        if status == Status.SUCCESS and self._taking_control(header.command):
-            self._heard = now
         ack = Ack(status, header.command + 1 & 0xFFFF, header.req_id, answer).encode()
-        if not (saving and status == Status.SUCCESS):
-            return [Outgoing(now, ack, source)]
-        if not self.memory.integer(gev.GVCP_CONFIGURATION) & GvcpConfiguration.PENDING_ACK:
-            return [Outgoing(now, ack, source)]
-        pending = encode_pending_ack(int(SLOW_COMMAND_S * 2000), header.req_id)
-        return [Outgoing(now, pending, source), Outgoing(now + SLOW_COMMAND_S, ack, source)]
-
-    def _taking_control(self, command: int) -> bool:
-        return command in _WRITES and self._source == self._controller
+        announced = self.memory.integer(gev.GVCP_CONFIGURATION) & GvcpConfiguration.PENDING_ACK
+        if saving and status == Status.SUCCESS and announced:
+            pending = encode_pending_ack(int(SLOW_COMMAND_S * 2000), header.req_id)
+            return [Outgoing(now, pending, source), Outgoing(now + SLOW_COMMAND_S, ack, source)]
+        return [Outgoing(now, ack, source)]
 
     @staticmethod
     def _saves_user_set(command: int, payload: bytes) -> bool:
