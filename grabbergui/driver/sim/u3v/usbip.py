@@ -174,9 +174,7 @@ class UsbIpConnection:
                 status = _ECONNRESET
             self._camera.pipes[address].wake()
         with self._sending:
-            self._send(
-                _HEADER.pack(_UNLINK_REPLY, sequence, 0, 0, 0, status & 0xFFFFFFFF, 0, 0, 0, 0, bytes(8))
-            )
+            self._send(_reply_header(_UNLINK_REPLY, sequence, status))
 
     def _serve_endpoint(self, address: int, endpoint: _Endpoint) -> None:
         pipe = self._camera.pipes[address]
@@ -201,13 +199,14 @@ class UsbIpConnection:
                 # request finished and closes the connection if an answer to it follows.
                 self._sending.acquire()
             try:
-                self._send(_submit_reply(request.sequence, status, sum(map(len, parts))), *parts)
+                length = sum(map(len, parts))
+                self._send(_reply_header(_SUBMIT_REPLY, request.sequence, status, length), *parts)
             finally:
                 self._sending.release()
 
     def _reply(self, sequence: int, status: int, length: int, *data: memoryview) -> None:
         with self._sending:
-            self._send(_submit_reply(sequence, status, length), *data)
+            self._send(_reply_header(_SUBMIT_REPLY, sequence, status, length), *data)
 
     def _send(self, header: bytes, *data: memoryview) -> None:
         """Send with `_sending` held; the reader notices a lost host."""
@@ -223,8 +222,8 @@ class UsbIpConnection:
                 sent = max(sent - len(part), 0)
 
 
-def _submit_reply(sequence: int, status: int, length: int) -> bytes:
-    return _HEADER.pack(_SUBMIT_REPLY, sequence, 0, 0, 0, status & 0xFFFFFFFF, length, 0, 0, 0, bytes(8))
+def _reply_header(reply: int, sequence: int, status: int, length: int = 0) -> bytes:
+    return _HEADER.pack(reply, sequence, 0, 0, 0, status & 0xFFFFFFFF, length, 0, 0, 0, bytes(8))
 
 
 def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
