@@ -192,7 +192,7 @@ def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
 
 
 def find_again(
-    wanted: DeviceInfo, name: str, timeout: float = 1.0, cancelled: Callable[[], bool] | None = None
+    wanted: DeviceInfo, name: str, timeout: float, cancelled: Callable[[], bool]
 ) -> FoundDevice | None:
     """Return the same unit as `wanted`, at whatever address it has now; None soon after `cancelled` holds.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 Clock = Callable[[], int]
@@ -86,7 +86,7 @@ class Sequencer:
     _left: int | None = None
     _earliest: int = 0
     _burst_left: int = 0
-    _trigger_at: list[int | None] | None = None
+    _trigger_at: list[int | None] = field(default_factory=lambda: [None, None])
 
     def start(self, now: int, frames: int | None) -> None:
         """Begin an acquisition of a number of frames, or a continuous one."""
@@ -108,7 +108,7 @@ class Sequencer:
 
     def trigger(self, which: int, at: int) -> bool:
         """Record a trigger at a time; return False if it is lost: too early, or no acquisition."""
-        if not self.running or self._trigger_at is None:
+        if not self.running:
             return False
         busy = self._trigger_at[which] is not None or at < self._earliest
         if busy or (which == BURST_START and self._burst_left):
@@ -118,7 +118,7 @@ class Sequencer:
 
     def due(self, timing: Timing) -> int | None:
         """Return the start of the next exposure; None while none is scheduled."""
-        if not self.running or self._left == 0 or self._trigger_at is None:
+        if not self.running or self._left == 0:
             return None
         start = self._earliest
         for which in (FRAME_START, BURST_START):
@@ -137,7 +137,7 @@ class Sequencer:
         reader.
         """
         start = self.due(timing)
-        if start is None or self._trigger_at is None:
+        if start is None:
             return None
         if now - start > _LATE_PERIODS * timing.period_ns and not any(timing.triggered):
             start = now - timing.period_ns

@@ -207,7 +207,7 @@ class AnswerWindow:
 class Resender:
     """Requests the missing packets of one stream's blocks."""
 
-    def __init__(self, policy: ResendPolicy, channel: int = 0) -> None:
+    def __init__(self, policy: ResendPolicy, channel: int) -> None:
         self.policy = policy
         self._channel = channel
         self._answer = LearnedWait(

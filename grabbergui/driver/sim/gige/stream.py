@@ -126,10 +126,10 @@ class StreamSender:
         model: CameraModel,
         address: str,
         faults: Faults,
-        bandwidth: float = 0.0,
+        bandwidth: float,
         *,
-        segmentation: bool = False,
-        on_sent: Callable[[int], None] = lambda block_id: None,
+        segmentation: bool,
+        on_sent: Callable[[int], None],
     ) -> None:
         """With `segmentation`, the kernel splits large sends into packets if it supports that.
 
