@@ -147,43 +147,29 @@ class Block(PacketAccount):
     # -- storing ---------------------------------------------------------------------------------
     def store(self, header: PacketHeader, body: memoryview) -> None:
         """Copy a packet's content to where it belongs. Raises RemoteProtocolError."""
+        packet_id = header.packet_id
         if header.format == PacketFormat.PAYLOAD:
-            self._check_length(header.packet_id, len(body))
-            offset = (header.packet_id - 1) * self.layout.stride
+            self._check_length(packet_id, len(body))
+            offset = self._offset_of(packet_id)
             self._place(offset, self._without_padding(offset, body))
             if len(body) < self.layout.stride:
                 self.ended_short = True
                 self._unfilled.append((offset + len(body), offset + self.layout.stride))
-        elif header.packet_id != 0 and header.format in (PacketFormat.LEADER, PacketFormat.ALL_IN):
-            raise RemoteProtocolError(f"a leader with packet_id {header.packet_id}, its id is 0")
+        elif packet_id != 0 and header.format in (PacketFormat.LEADER, PacketFormat.ALL_IN):
+            raise RemoteProtocolError(f"a leader with packet_id {packet_id}, its id is 0")
         elif header.format == PacketFormat.LEADER:
             self._take_leader(body)
         elif header.format == PacketFormat.TRAILER:
-            trailer = Trailer.decode(body)
-            if header.packet_id < max(self.highest, 1):
-                raise RemoteProtocolError(
-                    f"trailer with packet_id {header.packet_id} after packet {self.highest}"
-                )
-            self.trailer, self.trailer_id = trailer, header.packet_id
-            offset = (header.packet_id - 1) * self.layout.stride
-            self._unfilled.append((offset, offset + self.layout.stride))
+            self._take_trailer(packet_id, body)
         elif header.format in (PacketFormat.MULTI_PART, PacketFormat.MULTI_ZONE):
             position = PartPosition.decode(body)
-            self._place_piece(header.packet_id, self._offset_in_block(position), body[PartPosition.SIZE :])
+            self._place_piece(packet_id, self._offset_in_block(position), body[PartPosition.SIZE :])
         elif header.format == PacketFormat.GENDC:
-            piece = GendcPosition.decode(body)
-            data = body[GendcPosition.FORMAT.size :][: piece.size]
-            if piece.flow:
-                self._refuse(
-                    "GenDC data in several flows", "only flow 0 is known; set GenDCStreamingMode=Off"
-                )
-            elif piece.offset == 0 and not self.refused:
-                self._check_container(data)
-            self._place_piece(header.packet_id, piece.offset, data)
+            self._take_gendc(packet_id, body)
         elif header.format == PacketFormat.H264:
             # Packets may be short, so each has a slot of its own until all are joined.
             self.timestamp = int.from_bytes(body[:8], "big")
-            self._place_piece(header.packet_id, (header.packet_id - 1) * self.layout.stride, body[8:])
+            self._place_piece(packet_id, self._offset_of(packet_id), body[8:])
         elif header.format == PacketFormat.ALL_IN:
             self._take_all_in(body)
         else:
@@ -254,11 +240,29 @@ class Block(PacketAccount):
         self.refused = True
         self.layout.warn_once(fault, details)
 
-    def _check_container(self, data: memoryview) -> None:
-        try:
-            gendc.check_version(data)
-        except RemoteProtocolError as error:
-            self._refuse("a GenDC container", str(error))
+    def _take_trailer(self, packet_id: int, body: memoryview) -> None:
+        trailer = Trailer.decode(body)
+        if packet_id < max(self.highest, 1):
+            raise RemoteProtocolError(f"trailer with packet_id {packet_id} after packet {self.highest}")
+        self.trailer, self.trailer_id = trailer, packet_id
+        offset = self._offset_of(packet_id)
+        self._unfilled.append((offset, offset + self.layout.stride))
+
+    def _take_gendc(self, packet_id: int, body: memoryview) -> None:
+        piece = GendcPosition.decode(body)
+        data = body[GendcPosition.FORMAT.size :][: piece.size]
+        if piece.flow:
+            self._refuse("GenDC data in several flows", "only flow 0 is known; set GenDCStreamingMode=Off")
+        elif piece.offset == 0 and not self.refused:
+            try:
+                gendc.check_version(data)
+            except RemoteProtocolError as error:
+                self._refuse("a GenDC container", str(error))
+        self._place_piece(packet_id, piece.offset, data)
+
+    def _offset_of(self, packet_id: int) -> int:
+        """Return where the data of a packet without a position of its own belongs."""
+        return (packet_id - 1) * self.layout.stride
 
     def _offset_in_block(self, position: PartPosition) -> int:
         parts = self.leader.parts if self.leader is not None else ()

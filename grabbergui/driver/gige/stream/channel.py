@@ -20,6 +20,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.device import StreamRequest, check_payload_size
 from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.bootstrap import (
+    PACKET_SIZE_MASK,
     PORT_MASK,
     STREAM_CHANNELS_MASK,
     Capability,
@@ -218,7 +219,7 @@ class Stream:
         try:
             join_multicast(receiver, group, self._interface.ip)
             self.port = port
-            self.packet_size = self._memory.read_register(self._channel.packet_size) & 0xFFFF
+            self.packet_size = self._memory.read_register(self._channel.packet_size) & PACKET_SIZE_MASK
         except BaseException:
             receiver.close()
             raise

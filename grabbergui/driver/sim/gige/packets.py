@@ -25,6 +25,7 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import (
     CHUNK_BIT,
     FLAG_RESEND,
+    IP_UDP_BYTES,
     GendcPosition,
     Leader,
     PacketFormat,
@@ -243,7 +244,7 @@ def unavailable(block_id: int, packet_id: int, extended: bool, status: Status) -
 def test_packet(size: int) -> bytes:
     """Return a datagram for trying a packet size: block id 0, zeros to fill it up."""
     header = PacketHeader(PacketFormat.PAYLOAD, 0, 0).encode()
-    return header.ljust(size - 28, b"\0")
+    return header.ljust(size - IP_UDP_BYTES, b"\0")
 
 
 _UDP_SEGMENT = 103
