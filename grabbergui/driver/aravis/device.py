@@ -104,7 +104,8 @@ class AravisDevice(Device):
 
     def _identify(self, device: int, found: FoundCamera | None) -> DeviceInfo:
         """Return the open camera's own identity. Raises OtherCameraError if it is another camera."""
-        gige = self._is_a(device, self._library.arv_gv_device_get_type())
+        library = self._library
+        gige = bool(library.g_type_check_instance_is_a(device, library.arv_gv_device_get_type()))
         self.chunk_layout = DataLayout.GIGE_VISION if gige else DataLayout.USB3_VISION
         info = found.info() if found else replace(self.info, address=self._name)
         opened = info
@@ -146,18 +147,13 @@ class AravisDevice(Device):
         elif access is Access.CONTROL:
             raise AccessDeniedError(f"another application controls {info.title}; close it there")
 
-    def _is_a(self, instance: int, kind: int) -> bool:
-        return bool(self._library.g_type_check_instance_is_a(instance, kind))
-
     def _on_signal(self, device: int, user_data: int) -> None:
         # A thread of Aravis must not wait for us, and Python would keep a thread object for it forever.
-        reason = "Aravis lost control: the camera does not answer, or another application has it"
-        arguments = (reason, device)
-        threading.Thread(target=self._report_loss_of, args=arguments, name="aravis-lost", daemon=True).start()
+        threading.Thread(target=self._report_loss_of, args=(device,), name="aravis-lost", daemon=True).start()
 
-    def _report_loss_of(self, reason: str, device: int) -> None:
+    def _report_loss_of(self, device: int) -> None:
         if device == self._device:
-            self.report_lost(reason)
+            self.report_lost("Aravis lost control: the camera does not answer, or another application has it")
 
     # -- registers -------------------------------------------------------------------------------
     @override

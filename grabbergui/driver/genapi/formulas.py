@@ -65,7 +65,6 @@ class _Parser:
         self._tokens = _tokens(formula)
         self._next = 0
         self._depth = 0
-
         self.guarded = False
         "Whether a divisor had to be guarded."
 

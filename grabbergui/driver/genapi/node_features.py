@@ -67,15 +67,6 @@ _ALARM = re.compile(r"(?:(?:Fatal error|ERROR|WARNING) ?:|SWIG director method e
 """Parts of GenApi's messages after and before the reason."""
 
 
-def _representation(value: Any, *, of_quantity: bool) -> Representation:
-    """Return a node's representation.
-
-    GenApi also reports PureNumber if the description has none; quantities are LINEAR then, to get a slider.
-    """
-    known = _REPRESENTATIONS.get(value.representation, Representation.LINEAR)
-    return Representation.LINEAR if of_quantity and known is Representation.PURE_NUMBER else known
-
-
 def is_category(value: Any) -> bool:
     """Whether a node is a category of the feature tree."""
     return bool(value.node.principal_interface_type == genapi.EInterfaceType.intfICategory)
@@ -179,8 +170,11 @@ class NodeFeature:
         if self._fixed is None:
             self._fixed = {}
             if self._kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
+                representation = _REPRESENTATIONS.get(self._value.representation, Representation.LINEAR)
                 of_quantity = self._kind is FeatureKind.FLOAT or role_of(self._known["name"]) is not None
-                representation = _representation(self._value, of_quantity=of_quantity)
+                if of_quantity and representation is Representation.PURE_NUMBER:
+                    # GenApi reports it also if the description has none; a quantity gets a slider.
+                    representation = Representation.LINEAR
                 self._fixed = {"unit": self._value.unit, "representation": representation}
         return self._fixed
 

@@ -22,7 +22,7 @@ import struct
 import sys
 import threading
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import FrameType, TracebackType
 from typing import Any
 
@@ -31,7 +31,7 @@ from genicam import genapi
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
+from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.driver.device import DataLayout, Device
 from grabbergui.driver.genapi import node_features
@@ -309,15 +309,13 @@ class ChunkReader:
                 log.warning("chunk data cannot be read: %s", node_features.reason_of(error))
             return {}
 
-    def _values(self) -> list[tuple[str, FeatureValue]]:
-        values = []
+    def _values(self) -> Iterator[tuple[str, FeatureValue]]:
         for name, kind, node in self._nodes:
             try:
-                if node_features.access_of(node) in (AccessMode.READ_ONLY, AccessMode.READ_WRITE):
-                    values.append((name, node_features.READERS[kind](node)))
+                if node_features.access_of(node).readable:
+                    yield name, node_features.READERS[kind](node)
             except node_features.READ_ERRORS:
                 continue  # it depends on the camera's registers, or is not UTF-8
-        return values
 
 
 def without_images(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:

@@ -49,11 +49,8 @@ def clean_xml(data: bytes) -> str:
         raise RemoteProtocolError("the camera's description declares entities, which GenICam does not allow")
     end = body.rfind(b">")
     # Latin-1 comments under a UTF-8 declaration are common; names are ASCII.
-    return _tidied(body[: end + 1].decode("utf-8", errors="replace"))
-
-
-def _tidied(xml: str) -> str:
-    """Correct two common violations of the schema that vendors' viewers tolerate and GenApi does not."""
+    xml = body[: end + 1].decode("utf-8", errors="replace")
+    # Two common violations of the schema that vendors' viewers tolerate and GenApi does not.
     return _SWAPPED.sub(r"\3\2\1", _SPACED.sub(r"<\1>\2</", xml))
 
 

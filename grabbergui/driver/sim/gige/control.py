@@ -221,7 +221,7 @@ class ControlChannel:
         executor = executors.get(header.command)
         status: int = Status.SUCCESS
         answer: bytes | None = b""
-        saving = self._saves_user_set(header.command, payload)
+        saving = header.command in _WRITES and payload[:4] == struct.pack(">I", reg.USER_SET_SAVE.address)
         try:
             if executor is None:
                 raise Refused(Status.NOT_IMPLEMENTED)
@@ -243,10 +243,6 @@ class ControlChannel:
             pending = encode_pending_ack(int(SLOW_COMMAND_S * 2000), header.req_id)
             return [Outgoing(now, pending, source), Outgoing(now + SLOW_COMMAND_S, ack, source)]
         return [Outgoing(now, ack, source)]
-
-    @staticmethod
-    def _saves_user_set(command: int, payload: bytes) -> bool:
-        return command in _WRITES and payload[:4] == struct.pack(">I", reg.USER_SET_SAVE.address)
 
     def _force_ip(self, payload: bytes, flags: int) -> bytes | None:
         request = ForceIp.decode(payload)
