@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from grabbergui.calibration.markers import Grey, dictionary_by_name, halved
+from grabbergui.calibration.markers import Grey, dictionary_named, halved, subpixel, unreduced
 from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import UsageError
 
@@ -90,7 +90,7 @@ class CharucoBoard(Board):
         _check(columns, rows, square)
         if not 0 < marker < square:
             raise UsageError(f"a marker of {marker:g} m does not fit into a square of {square:g} m")
-        self._numbers = cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary))
+        self._numbers = dictionary_named(dictionary)
         if columns * rows // 2 > len(self._numbers.bytesList):
             raise UsageError(
                 f"{dictionary} has {len(self._numbers.bytesList)} markers, "
@@ -240,15 +240,12 @@ def _refined(grey: Grey, board: Points, image: Points, factor: int, square: floa
     """Refine corners that were found in an image reduced by `factor`, in the full image."""
     if factor == 1:
         return image
-    full = ((image + 0.5) * factor - 0.5).astype(np.float32)
+    full = unreduced(image, factor).astype(np.float32)
     # The window must contain no other corner, so it depends on the average area of a square in the image.
     on_board = np.ascontiguousarray(board[:, :2])
     fields = max(cv2.contourArea(cv2.convexHull(on_board)) / square**2, 1.0)
     field = cv2.contourArea(cv2.convexHull(full)) / fields
-    reach = max(2, min(3 * factor, int(math.sqrt(field) / 5)))
-    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.005)
-    found = cv2.cornerSubPix(grey, full.reshape(-1, 1, 2), (reach, reach), (-1, -1), criteria)
-    return np.asarray(found, np.float32).reshape(-1, 2)
+    return subpixel(grey, full, max(2, min(3 * factor, int(math.sqrt(field) / 5))), 0.005)
 
 
 # -- printing ------------------------------------------------------------------------------------

@@ -92,9 +92,7 @@ def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: C
 
 def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
     start, pixel, method = _start(problem, views)
-    used = list(views)
-    fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
-    best = max(fits, key=lambda fit: fit.likelihood)
+    best = _best_fit(problem, views, start, pixel)
     strange = [best.strangeness(view, best.guess) for view in views]
     limit = OUTLIER * max(float(np.median(strange)), 1.0)
     used = [view for view, much in zip(views, strange, strict=True) if much <= limit]
@@ -103,8 +101,7 @@ def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
             "the views contradict one another: check the target's size and the calibration"
         )
     if len(used) < len(views):
-        fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
-        best = max(fits, key=lambda fit: fit.likelihood)
+        best = _best_fit(problem, used, start, pixel)
     guess, errors = best.guess, [problem.error(view, best.guess) for view in views]
     return HandEyeResult(
         guess.camera,
@@ -204,6 +201,12 @@ class _Fit:
         moved = self._problem.by_readings(view, guess) * self.spread
         covariance = self._pixel**2 * np.eye(len(moved)) + moved @ moved.T
         return np.linalg.inv(np.linalg.cholesky(covariance)).astype(np.float64)
+
+
+def _best_fit(problem: Problem, views: Sequence[HandEyeView], start: Guess, pixel: float) -> _Fit:
+    """Return the most likely fit over the noise of joint readings."""
+    fits = (_Fit(problem, views, start, pixel, spread) for spread in READING_SPREADS)
+    return max(fits, key=lambda fit: fit.likelihood)
 
 
 def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float, str]:

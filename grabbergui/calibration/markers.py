@@ -59,7 +59,7 @@ class MarkerDetection:
     "(n, 2) the same points in the image, pixels."
 
 
-def dictionary_by_name(name: str) -> int:
+def dictionary_number(name: str) -> int:
     """Return OpenCV's number of `4X4_50`, `tag36h11` or `DICT_ARUCO_ORIGINAL`. Raises UsageError."""
     known = {entry[5:].upper(): entry for entry in dir(cv2.aruco) if entry.startswith("DICT_")}
     # OpenCV's APRILTAG_36H11 is tag36h11 in AprilTag's own library.
@@ -69,9 +69,14 @@ def dictionary_by_name(name: str) -> int:
     return int(getattr(cv2.aruco, known[wanted]))
 
 
+def dictionary_named(name: str) -> cv2.aruco.Dictionary:
+    """Return OpenCV's dictionary of a name. Raises UsageError."""
+    return cv2.aruco.getPredefinedDictionary(dictionary_number(name))
+
+
 def check_marker(dictionary: str, marker: int) -> None:
     """Raise UsageError for an id that the dictionary does not have, which would never be found."""
-    ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)).bytesList)
+    ids = len(dictionary_named(dictionary).bytesList)
     if not 0 <= marker < ids:
         raise UsageError(f"the dictionary {dictionary} has no marker {marker}; it has 0 to {ids - 1}")
 
@@ -93,9 +98,7 @@ class ArucoDetector:
             )
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
-        self._detector = cv2.aruco.ArucoDetector(
-            cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)), parameters
-        )
+        self._detector = cv2.aruco.ArucoDetector(dictionary_named(dictionary), parameters)
         self._calibration = calibration
         self._search_pixels = search_pixels
         half = size / 2
@@ -131,17 +134,24 @@ def halved(grey: Grey, pixels: int) -> tuple[Grey, int]:
     return grey, factor
 
 
+def unreduced(points: NDArray[Any], factor: int) -> NDArray[Any]:
+    """Return points of an image reduced by `factor` in the full image; pixel centres are whole numbers."""
+    return (points + 0.5) * factor - 0.5
+
+
+def subpixel(grey: Grey, corners: NDArray[Any], reach: int, accuracy: float) -> NDArray[Any]:
+    """Refine (n, 2) corners in windows of `reach` pixels each way, until they move less than `accuracy`."""
+    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, accuracy)
+    starts = corners.astype(np.float32).reshape(-1, 1, 2)
+    return cv2.cornerSubPix(grey, starts, (reach, reach), (-1, -1), criteria).reshape(-1, 2)
+
+
 def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:
     """Refine corners that were found in an image reduced by `factor`, in the full image."""
-    corners = (square + 0.5) * factor - 0.5
+    corners = unreduced(square, factor)
     # Not wider than a third of a marker's cell, or the window would contain edges of other corners.
     edge = float(np.linalg.norm(corners[0] - corners[1]))
-    reach = max(2, min(2 * factor, int(edge / 20)))
-    criteria = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.01)
-    found = cv2.cornerSubPix(
-        grey, corners.astype(np.float32).reshape(-1, 1, 2), (reach, reach), (-1, -1), criteria
-    )
-    return np.asarray(found, np.float64).reshape(4, 2)
+    return subpixel(grey, corners, max(2, min(2 * factor, int(edge / 20))), 0.01).astype(np.float64)
 
 
 # -- boards of markers ---------------------------------------------------------------------------
@@ -185,7 +195,7 @@ class MarkerBoard:
                 f"a pitch of {self.step:g} m must be more than the markers' size, {self.size:g} m, "
                 "or they would overlap"
             )
-        ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(self.dictionary)).bytesList)
+        ids = len(dictionary_named(self.dictionary).bytesList)
         if not 0 <= self.first <= ids - self.markers:
             raise UsageError(
                 f"the dictionary {self.dictionary} has the markers 0 to {ids - 1}; "
@@ -212,7 +222,7 @@ class MarkerBoard:
     @cached_property
     def pattern(self) -> Any:
         """OpenCV's board; its origin is the upper left corner, y down."""
-        numbers = cv2.aruco.getPredefinedDictionary(dictionary_by_name(self.dictionary))
+        numbers = dictionary_named(self.dictionary)
         ids, shape = np.arange(self.first, self.first + self.markers), (self.columns, self.rows)
         if self.kind == "grid":
             return cv2.aruco.GridBoard(shape, self.size, self.step - self.size, numbers, ids)

@@ -132,9 +132,7 @@ class Calibration:
                 f"the calibration is of {self.width}×{self.height} images, the camera sends "
                 f"{width}×{height}, which is another crop; calibrate at this size"
             )
-        # The centre of the first pixel is half a pixel from the edge of the image, before and after scaling.
-        shift = ((along_x - 1) / 2, (along_y - 1) / 2)
-        return self._transformed(width, height, (along_x, along_y), shift)
+        return self.resampled(width, height, (along_x, along_y))
 
     def binned(self, across: int, down: int) -> Calibration:
         """Return the calibration of images binned by `across` × `down`. Raises UsageError."""
@@ -143,7 +141,11 @@ class Calibration:
             raise UsageError(
                 f"images of {self.width}×{self.height} pixels are too small for a binning of {across}×{down}"
             )
-        scale = (1 / across, 1 / down)
+        return self.resampled(width, height, (1 / across, 1 / down))
+
+    def resampled(self, width: int, height: int, scale: tuple[float, float]) -> Calibration:
+        """Return the calibration of the images scaled along x and y, to `width` × `height` whole pixels."""
+        # The centre of the first pixel is half a pixel from the edge of the image, before and after scaling.
         return self._transformed(width, height, scale, ((scale[0] - 1) / 2, (scale[1] - 1) / 2))
 
     def cut_out(self, x: int, y: int, width: int, height: int) -> Calibration:

@@ -15,7 +15,7 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.markers import dictionary_by_name
+from grabbergui.calibration.markers import dictionary_number
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
@@ -77,7 +77,7 @@ def things_for(marker: MarkerConfig, things: Things | None = None) -> Things:
     """The room's things, with the marker or the pattern that is looked for printed on the board."""
     things, board = things or Things(), marker.board
     if board is None:
-        number = dictionary_by_name(marker.dictionary)
+        number = dictionary_number(marker.dictionary)
         things.sheet = rendered_scene.marker_sheet(number, marker.id, marker.size)
     else:
         things.sheet = rendered_scene.pattern_sheet(

@@ -13,7 +13,7 @@ from grabbergui.calibration.markers import (
     BoardDetector,
     MarkerBoard,
     MarkerDetection,
-    dictionary_by_name,
+    dictionary_named,
     located,
     pose_covariance,
 )
@@ -90,7 +90,7 @@ def test_two_boards_or_too_little_of_one_have_no_pose():
 
 def test_other_markers_of_the_dictionary_are_not_the_board():
     detector = BoardDetector(replace(CHARUCO, first=0).board)
-    number = cv2.aruco.getPredefinedDictionary(dictionary_by_name("4X4_50"))
+    number = dictionary_named("4X4_50")
     canvas = np.full((300, 300), 255, np.uint8)
     canvas[90:210, 90:210] = cv2.aruco.generateImageMarker(number, 30, 120)
     assert ArucoDetector().detect(canvas)

@@ -87,9 +87,15 @@ def in_unit(number: float, unit: str, shown_in: str) -> float:
     return number / 10.0 ** _power_between(unit, shown_in)
 
 
+def _family(unit: str) -> dict[str, int]:
+    """Return the family of a unit, with powers of ten; none for other units."""
+    return next((powers for powers in _POWERS if unit in powers), {})
+
+
 def _power_between(unit: str, larger: str) -> int:
     """Return the power of ten between two units of a family; 0 for other units."""
-    return next((p[larger] - p[unit] for p in _POWERS if unit in p and larger in p), 0)
+    powers = _family(unit)
+    return powers[larger] - powers[unit] if larger in powers else 0
 
 
 def number_text(number: int | float, digits: int = DIGITS) -> str:
@@ -115,8 +121,7 @@ def can_become_number(text: str, unit: str, shown_in: str) -> bool:
     """
     text = text.strip()
     rest = text[_begun_number(text) :].strip()
-    own = {unit, unit_text(unit), shown_in, unit_text(shown_in)}
-    units = own.union(*(powers for powers in _POWERS if unit in powers))
+    units = {unit, unit_text(unit), shown_in, unit_text(shown_in), *_family(unit)}
     typed = rest.removesuffix(unit_text(shown_in)).strip() if unit_text(shown_in) else rest
     return any(name.startswith(part) for part in (rest, typed) for name in units)
 
@@ -163,15 +168,15 @@ def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float
 
 def units_to_type(unit: str) -> tuple[str, ...]:
     """Return the units with which a number in `unit` can be typed, as display text, the largest first."""
-    family = next((powers for powers in _POWERS if unit in powers), {unit: 0} if unit else {})
+    family = _family(unit) or ({unit: 0} if unit else {})
     spelt = {power: unit_text(name) for name, power in reversed(family.items())}  # the usual is first
     return tuple(spelt[power] for power in sorted(spelt, reverse=True))
 
 
 def typed_unit(text: str, unit: str) -> str:
     """Return the unit at the end of a typed text if it belongs to the family of `unit`; else nothing."""
-    family = next((powers for powers in _POWERS if unit in powers), {})
-    return next((name for name in sorted(family, key=len, reverse=True) if text.rstrip().endswith(name)), "")
+    longest_first = sorted(_family(unit), key=len, reverse=True)
+    return next((name for name in longest_first if text.rstrip().endswith(name)), "")
 
 
 def typed_value(text: str, feature: Feature) -> FeatureValue:

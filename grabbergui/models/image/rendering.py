@@ -155,23 +155,15 @@ def _maps(
 ) -> tuple[Map, Map]:
     """Return each view pixel's position in the reduced frame; cached until the view moves."""
     part = calibration.cut_out(region.x, region.y, region.width, region.height)
-    seen = _scaled(part.matrix, (size[0] / region.width, size[1] / region.height))
+    seen = part.resampled(*size, (size[0] / region.width, size[1] / region.height))
     columns, lines = cv2.initUndistortRectifyMap(
-        calibration.matrix, calibration.distortion, np.eye(3), seen, size, cv2.CV_32FC1
+        calibration.matrix, calibration.distortion, np.eye(3), seen.matrix, size, cv2.CV_32FC1
     )
     along_x, along_y = whole[0] / calibration.width, whole[1] / calibration.height
     return (
         np.asarray((columns + 0.5) * along_x - 0.5, np.float32),
         np.asarray((lines + 0.5) * along_y - 0.5, np.float32),
     )
-
-
-def _scaled(matrix: NDArray[np.float64], scale: tuple[float, float]) -> NDArray[np.float64]:
-    """Return the camera matrix of an image of another size; pixel centres lie at integer coordinates."""
-    scaled = matrix.copy()
-    scaled[:2] *= np.array(scale)[:, None]
-    scaled[:2, 2] += (np.array(scale) - 1) / 2
-    return scaled
 
 
 # -- clipping marks ------------------------------------------------------------------------------
