@@ -1,8 +1,8 @@
 """The command line: `grabbergui [SOURCE]` opens the window, `grabbergui COMMAND …` does the rest.
 
 One file per family of commands; each adds its parsers in `add_commands` and sets `run` to the function that
-does the work and returns the exit code. The types of arguments that families share are here; they refuse bad
-values at once. Help has an example, keeps to the terminal's width, and ends by itself.
+does the work and returns the exit code. Help has an example, keeps to the terminal's width, and ends by
+itself.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import contextlib
 import difflib
 import importlib
 import json
-import math
 import os
 import shutil
 import sys
@@ -327,107 +326,3 @@ def _command_place(arguments: list[str]) -> int:
         else:
             break
     return place
-
-
-# -- types of arguments --------------------------------------------------------------------------
-def count(text: str) -> int:
-    """Parse a whole number of at least 1."""
-    return _whole(text, 1, None)
-
-
-def count_or_none(text: str) -> int:
-    """Parse a whole number of at least 0."""
-    return _whole(text, 0, None)
-
-
-def port(text: str) -> int:
-    """Parse a TCP port; 0 stands for any free one."""
-    return _whole(text, 0, 0xFFFF)
-
-
-def key(text: str) -> int:
-    """Parse a number of 32 bits, decimal or hexadecimal."""
-    try:
-        return _whole(text, 0, 0xFFFFFFFF)
-    except argparse.ArgumentTypeError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number from 0 to 0xFFFFFFFF") from None
-
-
-def positive(text: str) -> float:
-    """Parse a finite number above 0."""
-    value = _finite(text)
-    if value <= 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not more than 0")
-    return value
-
-
-def not_negative(text: str) -> float:
-    """Parse a finite number of at least 0."""
-    value = _finite(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is less than 0")
-    return value
-
-
-def part(text: str) -> float:
-    """Parse a share: `1%` or `0.01`."""
-    value = not_negative(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    if value > 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is more than 100%; write 1% or 0.01")
-    return value
-
-
-LONGEST = 2_000_000
-"""Seconds, 23 days: Qt and the system count the milliseconds of a wait in 31 bits."""
-
-
-def seconds(text: str) -> float:
-    """Parse a duration of at least 0: `5ms`, `0.005s` or `0.005`."""
-    if text.endswith("ms"):
-        value = not_negative(text.removesuffix("ms")) / 1000
-    else:
-        value = not_negative(text.removesuffix("s"))
-    if value > LONGEST:
-        raise argparse.ArgumentTypeError(f"'{text}' is longer than {LONGEST} s")
-    return value
-
-
-def wait_time(text: str) -> float:
-    """Parse a duration above 0, as `seconds` does."""
-    value = seconds(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError(f"'{text}' is not more than 0")
-    return value
-
-
-def ipv4(text: str) -> str:
-    """Parse an IPv4 address in dotted notation."""
-    if not is_ip_address(text):
-        raise argparse.ArgumentTypeError(f"'{text}' is not an IPv4 address, such as 192.168.0.10")
-    return text
-
-
-def counted(number: int, noun: str) -> str:
-    """Return `1 frame` or `2 frames`."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def _whole(text: str, least: int, most: int | None) -> int:
-    try:
-        value = int(text, 0)
-    except ValueError:
-        value = least - 1
-    if value < least or (most is not None and value > most):
-        limits = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number {limits}")
-    return value
-
-
-def _finite(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number")
-    return value

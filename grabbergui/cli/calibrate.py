@@ -11,9 +11,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import count, part, servo, servo_robots, wait_time
+from grabbergui.cli import servo, servo_robots
+from grabbergui.cli.arguments import count, opened, part, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
-from grabbergui.cli.opening import opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import CalibrationError, FrameTimeoutError, GrabberError, UsageError

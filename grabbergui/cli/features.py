@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli import PartialResultError
-from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.arguments import add_source, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError

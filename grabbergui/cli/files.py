@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.arguments import add_source, opened
 from grabbergui.cli.process import passing_note, stop_on_signals
 from grabbergui.core.environment import check_folder_of, write_whole
 from grabbergui.core.errors import ExistingFileError, UsageError

@@ -12,9 +12,19 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
 
-from grabbergui.cli import PartialResultError, count, counted, positive, wait_time
+from grabbergui.cli import PartialResultError
+from grabbergui.cli.arguments import (
+    Outage,
+    add_lost_timeout,
+    add_monitor,
+    add_source,
+    count,
+    counted,
+    opened,
+    positive,
+    wait_time,
+)
 from grabbergui.cli.features import assignment, write
-from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.calibration import Scan3d
 from grabbergui.core.environment import check_folder_of

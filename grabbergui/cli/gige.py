@@ -8,8 +8,7 @@ import time
 from contextlib import ExitStack, closing
 from typing import Any
 
-from grabbergui.cli import count, counted, key, seconds, wait_time
-from grabbergui.cli.opening import opened
+from grabbergui.cli.arguments import count, counted, key, opened, seconds, wait_time
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import sources
-from grabbergui.cli import wait_time
-from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.arguments import add_source, opened, wait_time
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import MissingFileError, SourceUnavailableError
 from grabbergui.core.uri import SourceUri

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import doctor, sources
-from grabbergui.cli import wait_time
+from grabbergui.cli.arguments import wait_time
 from grabbergui.cli.process import dies_of_signals, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
-from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, opened
+from grabbergui.cli.arguments import Outage, add_lost_timeout, add_monitor, opened
 from grabbergui.cli.process import stop_on_signals, supervised
 from grabbergui.cli.simulate import add_name_server_options, named_server
 from grabbergui.config import AllowedAddresses, ServeOptions, find_ini, parse_ini

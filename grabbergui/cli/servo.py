@@ -17,7 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import part, positive, servo_robots, wait_time
+from grabbergui.cli import servo_robots
+from grabbergui.cli.arguments import part, positive, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grabbergui.cli.arguments import opened
 from grabbergui.cli.gui import importing_window
-from grabbergui.cli.opening import opened
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 

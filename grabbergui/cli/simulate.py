@@ -13,7 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import count_or_none, ipv4, not_negative, part, port, seconds, servo_robots
+from grabbergui.cli import servo_robots
+from grabbergui.cli.arguments import count_or_none, ipv4, not_negative, part, port, seconds
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError, UsageError

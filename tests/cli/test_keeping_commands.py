@@ -8,7 +8,7 @@ from itertools import count
 import pytest
 
 from grabbergui.cli import EXIT_FAILURE, CommandParser, features, frames, main
-from grabbergui.cli.opening import Outage
+from grabbergui.cli.arguments import Outage
 from grabbergui.core.errors import GrabberError, MissingFileError, TransportError, UsageError
 from grabbergui.driver.camera import Camera
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport

@@ -5,9 +5,9 @@ import threading
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.cli import opening
+from grabbergui.cli import arguments
+from grabbergui.cli.arguments import Outage
 from grabbergui.cli.frames import _AwaitedSource
-from grabbergui.cli.opening import Outage
 from grabbergui.core.errors import TransportError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import ConnectionState
@@ -73,12 +73,12 @@ def test_a_source_is_closed_also_where_the_command_ends_before_it_began(monkeypa
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(opening.sources, "create", lambda uri: grabber)
-    monkeypatch.setattr(opening, "somebody_types", lambda: True)
-    monkeypatch.setattr(opening.Seen, "keep_features", interrupted)
+    monkeypatch.setattr(arguments.sources, "create", lambda uri: grabber)
+    monkeypatch.setattr(arguments, "somebody_types", lambda: True)
+    monkeypatch.setattr(arguments.Seen, "keep_features", interrupted)
     closed = []
     monkeypatch.setattr(grabber, "close", lambda: closed.append(True))
-    with pytest.raises(KeyboardInterrupt), opening.opened("sim:"):
+    with pytest.raises(KeyboardInterrupt), arguments.opened("sim:"):
         pass
     assert closed
 
