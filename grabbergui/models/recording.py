@@ -58,7 +58,7 @@ class Recordings:
     """The recording of a source began, progressed or ended: see `of`."""
 
     def __init__(self, connection: Connection) -> None:
-        self._messages = connection.messages
+        self._connection, self._messages = connection, connection.messages
         self._recorders: dict[OpenSource, Recorder] = {}
         "The last recorder of each source, until the source is closed."
         self._beginning: set[OpenSource] = set()
@@ -141,7 +141,7 @@ class Recordings:
             self._recorders[source] = recorder
         recorder.changed.connect(lambda progress: self._on_recorder_changed(source, recorder, progress))
         recorder.start()
-        if source.abandoned.is_set():
+        if source not in self._connection.sources:  # closed meanwhile
             self._on_ending(source)
         self.changed.emit(source)
 

@@ -1,9 +1,12 @@
 """Recordings as the window begins and ends them."""
 
+import threading
+
+from grabbergui.models import recording
 from grabbergui.models.connection import Connection
 from grabbergui.models.recording import Recordings
 from grabbergui.recording import RecordingKind
-from grabbergui.recording.recorder import RecordingLimits
+from grabbergui.recording.recorder import RecordingLimits, create_recorder
 from patience import PATIENCE, until
 
 
@@ -17,3 +20,29 @@ def test_a_source_that_is_closed_already_is_not_recorded(tmp_path):
     recordings.begin(source, tmp_path, next(iter(RecordingKind)), RecordingLimits())
     assert not recordings.runs(source)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_that_begins_while_its_source_is_closed_ends_with_it(tmp_path, monkeypatch):
+    connection = Connection()
+    recordings = Recordings(connection)
+    connection.connect_to("sim:?width=64&height=48", start=False)
+    source = until(lambda: connection.source if connection.state.connected else None)
+    closing, begun = threading.Event(), threading.Event()
+
+    def create_late(*arguments):
+        assert closing.wait(PATIENCE)
+        return create_recorder(*arguments)
+
+    def let_it_begin(_):
+        closing.set()
+        source.worker.submit(begun.set)
+        assert begun.wait(PATIENCE)
+
+    monkeypatch.setattr(recording, "create_recorder", create_late)
+    connection.ending.connect(let_it_begin)  # after the recordings' own
+    recordings.begin(source, tmp_path, next(iter(RecordingKind)), RecordingLimits())
+    connection.close(source)
+    assert recordings.of(source) is None
+    assert recordings.close(PATIENCE)
+    assert connection.wait_closed(PATIENCE)
+    assert not any("ended" in message.sentence for message in connection.messages.shown(None))
