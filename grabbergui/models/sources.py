@@ -328,6 +328,6 @@ class GalleryModel:
     def _attach(self, tile: Tile) -> None:
         grabber = tile.source.grabber
         opened = tile.source.state.connected or tile.source.state is LinkState.LOST
-        if grabber is not None and opened and not tile.attached and not tile.source.abandoned.is_set():
+        if grabber is not None and opened and not tile.attached:
             tile.attached = True
             tile.image.attach(grabber)
