@@ -210,6 +210,7 @@ class Outage:
         self._reason = ""
         self._since: float | None = None
         self._ended = -math.inf
+        self._exceeded = False
         self._timer: threading.Timer | None = None
         grabber.connection_changed.connect(self._on_connection_changed)
 
@@ -223,11 +224,11 @@ class Outage:
         return 0.0 if self.present else self._clock() - max(since, self._ended)
 
     def check(self) -> None:
-        """Raise TransportError if the source has been lost for longer than the limit."""
-        since = self._since
-        if since is not None and self._limit is not None and self._clock() - since >= self._limit:
+        """Raise TransportError if the source was lost for longer than the limit, or `on_exceeded` ran."""
+        since, limit = self._since, self._limit
+        if self._exceeded or (since is not None and limit is not None and self._clock() - since >= limit):
             raise TransportError(
-                f"{self._grabber.info.title} was lost and did not come back within {self._limit:g} s:"
+                f"{self._grabber.info.title} was lost and did not come back within {limit:g} s:"
                 f" {self._reason}"
             )
 
@@ -248,9 +249,13 @@ class Outage:
         if self._since is None:
             self._since = self._clock()
             if self._limit is not None:
-                self._timer = threading.Timer(min(self._limit, threading.TIMEOUT_MAX), self._on_exceeded)
+                self._timer = threading.Timer(min(self._limit, threading.TIMEOUT_MAX), self._exceed)
                 self._timer.daemon = True
                 self._timer.start()
+
+    def _exceed(self) -> None:
+        self._exceeded = True
+        self._on_exceeded()
 
     def _stop_timer(self) -> None:
         timer, self._timer = self._timer, None

@@ -66,6 +66,22 @@ def test_whoever_waits_for_something_else_is_called(grabber):
     outage.close()
 
 
+def test_a_return_after_that_call_comes_too_late(grabber):
+    """The caller is about to end, which must not look like success."""
+    exceeded = threading.Event()
+
+    def come_back():
+        grabber.connection_changed.emit(ConnectionState.OPEN, "plugged in")
+        exceeded.set()
+
+    outage = Outage(grabber, 0.01, on_exceeded=come_back)
+    grabber.connection_changed.emit(ConnectionState.LOST, "unplugged")
+    assert exceeded.wait(PATIENCE)
+    with pytest.raises(TransportError, match=r"did not come back within 0\.01 s: unplugged"):
+        outage.check()
+    outage.close()
+
+
 def test_a_source_is_closed_also_where_the_command_ends_before_it_began(monkeypatch):
     """Ctrl-C, for instance, while the names of its features are kept for the shell's completion."""
     grabber = ScriptedGrabber([])
