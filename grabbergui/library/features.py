@@ -204,6 +204,8 @@ class CameraFiles:
 
 
 Occasion = Literal["change", "event", "lost", "back", "notice"]
+MOST_WAITING = 10_000
+"Most occasions that wait for slow callbacks; further events and changes are dropped."
 
 
 class Callbacks:
@@ -215,6 +217,7 @@ class Callbacks:
         self._waiting: queue.SimpleQueue[tuple[str, Any] | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
         self._lost = False
+        self._dropped = False
 
     def add(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
         """Call `callback` on an occasion; the returned function ends that. Raises UsageError."""
@@ -246,10 +249,17 @@ class Callbacks:
             thread.join()
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        self._waiting.put(("change", names))
+        self._put_if_room("change", names)
 
     def _on_event(self, event: DeviceEvent) -> None:
-        self._waiting.put(("event", event))
+        self._put_if_room("event", event)
+
+    def _put_if_room(self, occasion: Occasion, what: object) -> None:
+        if self._waiting.qsize() < MOST_WAITING:
+            self._waiting.put((occasion, what))
+        elif not self._dropped:
+            self._dropped = True
+            log.warning("%s: the callbacks are too slow, so events are dropped", self._grabber.info.title)
 
     def _on_noticed(self, text: str) -> None:
         self._waiting.put(("notice", text))

@@ -19,8 +19,10 @@ import numpy as np
 import pytest
 
 import grabbergui
+from fakes import ScriptedGrabber
 from grabbergui.core.errors import FeatureAccessError, PixelFormatError, UsageError
 from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.library import features
 from grabbergui.library.features import attribute_name
 from patience import PATIENCE, PROGRAM, until
 
@@ -318,6 +320,32 @@ def test_a_failing_callback_hinders_no_other(camera: grabbergui.Camera) -> None:
     camera.on("change", seen.append)
     camera.exposure_time = 3000
     until(lambda: seen)
+
+
+def test_events_do_not_pile_up_behind_a_slow_callback(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(features, "MOST_WAITING", 10)
+    grabber, busy = ScriptedGrabber(), threading.Event()
+    seen: list[str] = []
+    callbacks = features.Callbacks(grabber)
+
+    def slow(event: grabbergui.DeviceEvent) -> None:
+        seen.append(event.name)
+        busy.wait(PATIENCE)
+
+    callbacks.add("event", slow)
+    grabber.event_received.emit(grabbergui.DeviceEvent("0", 0, {}))
+    until(lambda: seen)
+    for number in range(1, 1000):
+        grabber.event_received.emit(grabbergui.DeviceEvent(str(number), number, {}))
+    busy.set()
+    until(lambda: len(seen) == 11)
+    callbacks.close()
+    assert seen == [str(number) for number in range(11)]
+    assert [line for line in caplog.messages if "callbacks" in line] == [
+        "Acme Script: the callbacks are too slow, so events are dropped"
+    ]
 
 
 def test_a_lost_camera_reports_it_and_comes_back() -> None:
