@@ -29,7 +29,7 @@ FIRST_URI = "sim:colour"
 """The source of a first start: a camera on which every control has an effect, white balance too."""
 SCREENSHOT_FRAMES = 20
 "Images to be painted before the screenshot is taken; by then the controls are filled."
-SCREENSHOT_PATIENCE = 15.0
+SCREENSHOT_PATIENCE = 30.0
 "Seconds to wait for the first frame where no duration is given."
 FINISH_TIME = 30.0
 "Seconds that the program waits, its window closed, for files to be finished and cameras to be released."
