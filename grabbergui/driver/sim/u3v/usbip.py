@@ -1,4 +1,4 @@
-"""The simulated USB3 Vision camera over USB/IP: into this machine's kernel, or for `usbip attach` elsewhere.
+"""The simulated USB3 Vision camera over USB/IP, for a kernel at the other end of a socket.
 
 The protocol is the Linux kernel's (Documentation/usb/usbip_protocol.rst); headers are big-endian.
 """
@@ -14,7 +14,6 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from grabbergui.core.errors import GrabberError, ResourceExhaustedError, SourceUnavailableError
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
@@ -33,10 +32,8 @@ log = logging.getLogger(__name__)
 TCP_PORT = 3240
 BUS_ID = "1-1"
 
-_SUPER_SPEED = 5
-_DEVICE_ID = 0x10002
-_VHCI = Path("/sys/devices/platform/vhci_hcd.0")
-_FREE = "004"
+SUPER_SPEED = 5
+"The kernel's number of this speed."
 
 _HEADER = struct.Struct(">IIIIIIIIII8s")
 "Command, sequence, device, direction, endpoint, flags or unlinked sequence, length, 3 unused, setup."
@@ -226,54 +223,6 @@ def _reply_header(reply: int, sequence: int, status: int, length: int = 0) -> by
     return _HEADER.pack(reply, sequence, 0, 0, 0, status & 0xFFFFFFFF, length, 0, 0, 0, bytes(8))
 
 
-def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
-    """Plug the camera into this machine's virtual host controller; `run` the connection then.
-
-    Raises SourceUnavailableError without vhci-hcd or the right to use it.
-    """
-    if sys.platform == "win32":
-        raise SourceUnavailableError("a virtual USB host controller needs Linux: use --via tcp")
-    port = free_vhci_port()
-    try:
-        ours, kernels = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
-        with kernels:
-            try:
-                order = f"{port} {kernels.fileno()} {_DEVICE_ID} {_SUPER_SPEED}"
-                (_VHCI / "attach").write_text(order)
-            except OSError:
-                ours.close()
-                raise
-    except PermissionError as error:
-        raise SourceUnavailableError(
-            f"no permission to attach a virtual USB device ({_VHCI}/attach): run it as root"
-        ) from error
-    except OSError as error:
-        raise SourceUnavailableError(f"the virtual USB host controller took no device: {error}") from error
-    return UsbIpConnection(ours, camera)
-
-
-def free_vhci_port() -> int:
-    """Return the port of the virtual host controller that the next camera is attached to.
-
-    Raises SourceUnavailableError.
-    """
-    try:
-        status = (_VHCI / "status").read_text()
-    except OSError as error:
-        raise SourceUnavailableError(
-            "this system has no virtual USB host controller: run `modprobe vhci-hcd` as root"
-        ) from error
-    return _free_port(status)
-
-
-def _free_port(status: str) -> int:
-    for line in status.splitlines()[1:]:
-        hub, port, state, *_ = line.split()
-        if hub == "ss" and state == _FREE:
-            return int(port)
-    raise SourceUnavailableError("all SuperSpeed ports of the virtual USB host controller are taken")
-
-
 class UsbIpServer:
     """Offers the camera on TCP to one host at a time: `usbip attach -r HOST -b 1-1`."""
 
@@ -367,7 +316,7 @@ class UsbIpServer:
         return (
             path
             + BUS_ID.encode().ljust(32, b"\0")
-            + struct.pack(">III", 1, 2, _SUPER_SPEED)
+            + struct.pack(">III", 1, 2, SUPER_SPEED)
             + struct.pack(">HHH", VENDOR_ID, PRODUCT_ID, 0x0100)
             + bytes((MISCELLANEOUS_CLASS, 2, 1, 1, 1, 3))
         )
