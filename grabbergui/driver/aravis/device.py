@@ -10,8 +10,9 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
+from urllib.parse import quote
 
 from typing_extensions import override
 
@@ -34,8 +35,6 @@ from grabbergui.driver.aravis.library import (
     PACKET_SOCKET_DISABLED,
     AravisStream,
     Failure,
-    FoundCamera,
-    find_cameras,
     load,
 )
 from grabbergui.driver.camera import Camera
@@ -43,6 +42,70 @@ from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_tex
 from grabbergui.driver.gige.bootstrap import Control, Register
 from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
+
+# -- cameras -------------------------------------------------------------------------------------
+_list_lock = threading.Lock()
+"Aravis keeps one list for the whole process."
+
+
+@dataclass(frozen=True)
+class FoundCamera:
+    """One entry of Aravis's list."""
+
+    id: str
+    "Vendor, model and serial number joined by hyphens, by which Aravis opens it."
+    physical_id: str
+    "MAC address or GUID."
+    address: str
+    vendor: str
+    model: str
+    serial: str
+    protocol: str
+
+    @property
+    def address_or_id(self) -> str:
+        """A unique id: the address on a network, where several cameras may share an Aravis id."""
+        return self.address if self.protocol == "GigEVision" and self.address else self.id
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its id, address, MAC address or GUID, and serial number; some may be empty."""
+        return (self.id, self.address, self.physical_id, self.serial)
+
+    def answers_to(self, name: str) -> bool:
+        """Whether `name` is one of its names."""
+        return name.lower() in [text.lower() for text in self.names if text]
+
+    def info(self, name: str = "") -> DeviceInfo:
+        """Return the entry for the list of sources; its URI has `name` (by default the id)."""
+        return DeviceInfo(
+            uri=f"aravis:{quote(name or self.id, safe=' :-_.')}",
+            vendor=self.vendor,
+            model=self.model,
+            serial=self.serial,
+            bus=f"{_BUS.get(self.protocol, self.protocol)} by Aravis",
+            address=self.address,
+            hardware_id=self.physical_id.lower() if self.protocol == "GigEVision" else "",
+        )
+
+
+_BUS = {"GigEVision": "GigE Vision", "USB3Vision": "USB3 Vision"}
+
+
+def find_cameras() -> list[FoundCamera]:
+    """Return the cameras on all interfaces; takes about a second. Raises SourceUnavailableError."""
+    library = load()
+    fields = ("id", "physical_id", "address", "vendor", "model", "serial_nbr", "protocol")
+    with _list_lock:
+        library.arv_update_device_list()
+        return [
+            FoundCamera(*(_text(getattr(library, f"arv_get_device_{field}")(index)) for field in fields))
+            for index in range(library.arv_get_n_devices())
+        ]
+
+
+def _text(raw: bytes | None) -> str:
+    return (raw or b"").decode("utf-8", "replace")
 
 
 class AravisDevice(Device):

@@ -1,4 +1,4 @@
-"""Aravis 0.8 through ctypes: its cameras, its errors, and its streams, which fill our buffers.
+"""Aravis 0.8 through ctypes: its functions, its errors, and its streams, which fill our buffers.
 
 This needs only the library, from the system (Debian: libaravis-0.8-0) or the package aravis-python; neither
 GObject introspection nor PyGObject, which a virtual environment would have to build.
@@ -14,11 +14,9 @@ import logging
 import threading
 from collections.abc import Callable, Iterator
 from ctypes import POINTER, byref, c_char_p, c_int, c_size_t, c_uint, c_uint32, c_uint64, c_void_p
-from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +32,6 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.device import FrameCounter, StreamRequest, check_payload_size, deliver_or_log
 
 log = logging.getLogger(__name__)
@@ -173,71 +170,6 @@ class Failure:
         error = self.error()
         if error is not None:
             raise error
-
-
-# -- cameras -------------------------------------------------------------------------------------
-_list_lock = threading.Lock()
-"Aravis keeps one list for the whole process."
-
-
-@dataclass(frozen=True)
-class FoundCamera:
-    """One entry of Aravis's list."""
-
-    id: str
-    "Vendor, model and serial number joined by hyphens, by which Aravis opens it."
-    physical_id: str
-    "MAC address or GUID."
-    address: str
-    vendor: str
-    model: str
-    serial: str
-    protocol: str
-
-    @property
-    def address_or_id(self) -> str:
-        """A unique id: the address on a network, where several cameras may share an Aravis id."""
-        return self.address if self.protocol == "GigEVision" and self.address else self.id
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Its id, address, MAC address or GUID, and serial number; some may be empty."""
-        return (self.id, self.address, self.physical_id, self.serial)
-
-    def answers_to(self, name: str) -> bool:
-        """Whether `name` is one of its names."""
-        return name.lower() in [text.lower() for text in self.names if text]
-
-    def info(self, name: str = "") -> DeviceInfo:
-        """Return the entry for the list of sources; its URI has `name` (by default the id)."""
-        return DeviceInfo(
-            uri=f"aravis:{quote(name or self.id, safe=' :-_.')}",
-            vendor=self.vendor,
-            model=self.model,
-            serial=self.serial,
-            bus=f"{_BUS.get(self.protocol, self.protocol)} by Aravis",
-            address=self.address,
-            hardware_id=self.physical_id.lower() if self.protocol == "GigEVision" else "",
-        )
-
-
-_BUS = {"GigEVision": "GigE Vision", "USB3Vision": "USB3 Vision"}
-
-
-def find_cameras() -> list[FoundCamera]:
-    """Return the cameras on all interfaces; takes about a second. Raises SourceUnavailableError."""
-    library = load()
-    fields = ("id", "physical_id", "address", "vendor", "model", "serial_nbr", "protocol")
-    with _list_lock:
-        library.arv_update_device_list()
-        return [
-            FoundCamera(*(_text(getattr(library, f"arv_get_device_{field}")(index)) for field in fields))
-            for index in range(library.arv_get_n_devices())
-        ]
-
-
-def _text(raw: bytes | None) -> str:
-    return (raw or b"").decode("utf-8", "replace")
 
 
 # -- streams -------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis import device, library
-from grabbergui.driver.aravis.library import FoundCamera
+from grabbergui.driver.aravis.device import FoundCamera
 from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
