@@ -67,22 +67,6 @@ class ConnectionState(Enum):
     "Disconnected without being closed; a reconnection may be in progress."
 
 
-MOST_CHANGED = 5
-"Most settings changed by others that a message names. Loading a user set may change all of them."
-
-
-def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
-    """Describe the state of a source that returned: set as before, or which settings differ and why.
-
-    `changed` are settings that were never set here and have another value now.
-    """
-    text = f"but not as before: {'; '.join(problems)}" if problems else "set as before"
-    if not changed:
-        return text
-    more = f"; and {len(changed) - MOST_CHANGED} more" if len(changed) > MOST_CHANGED else ""
-    return f"{text}; changed meanwhile, not by us: {'; '.join(changed[:MOST_CHANGED])}{more}"
-
-
 class FrameGrabber(ABC):
     """A source of frames and features.
 

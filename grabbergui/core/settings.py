@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -84,6 +84,22 @@ class WriteResult:
 
     A caller need not read these again, but must read any that is missing.
     """
+
+
+MOST_CHANGED = 5
+"Most settings changed by others that a message names. Loading a user set may change all of them."
+
+
+def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
+    """Describe the state of a source that returned: set as before, or which settings differ and why.
+
+    `changed` are settings that were never set here and have another value now.
+    """
+    text = f"but not as before: {'; '.join(problems)}" if problems else "set as before"
+    if not changed:
+        return text
+    more = f"; and {len(changed) - MOST_CHANGED} more" if len(changed) > MOST_CHANGED else ""
+    return f"{text}; changed meanwhile, not by us: {'; '.join(changed[:MOST_CHANGED])}{more}"
 
 
 # -- selectors -----------------------------------------------------------------------------------

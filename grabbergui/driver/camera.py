@@ -22,8 +22,8 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
-from grabbergui.core.settings import SettingKey, WriteResult
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.settings import SettingKey, WriteResult, return_text
 from grabbergui.driver import acquisition
 from grabbergui.driver.acquisition import POLL_PERIOD, Acquisition, EventDelivery, Poller
 from grabbergui.driver.device import Device

@@ -14,9 +14,9 @@ from typing_extensions import override
 from grabbergui.core.errors import FeatureAccessError, FeatureError
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, return_text
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_same
-from grabbergui.core.settings import SettingKey, WriteResult, same_value
+from grabbergui.core.settings import SettingKey, WriteResult, return_text, same_value
 from grabbergui.core.sfnc import Companions, regulating
 from grabbergui.net.tree import TreeFeatures
 

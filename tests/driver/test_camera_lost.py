@@ -16,8 +16,8 @@ from grabbergui.core.errors import (
     ResourceExhaustedError,
     TransportError,
 )
-from grabbergui.core.grabber import Access, ConnectionState, return_text
-from grabbergui.core.settings import SettingKey
+from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.settings import SettingKey, return_text
 from grabbergui.driver import camera as camera_module
 from grabbergui.driver.camera import Camera
 from patience import PATIENCE, until
