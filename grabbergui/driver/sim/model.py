@@ -34,7 +34,14 @@ from grabbergui.driver.sim.settings import (
     settings_of,
     update_geometry,
 )
-from grabbergui.driver.sim.timing import DeviceClock, Sequencer, Thermometer, Timing
+from grabbergui.driver.sim.timing import (
+    DeviceClock,
+    Sequencer,
+    Thermometer,
+    asked_rate,
+    resulting_rate,
+    timing_of,
+)
 
 
 @dataclass(frozen=True)
@@ -162,7 +169,7 @@ class CameraModel:
             while True:
                 now = self._clock()
                 exposure = int(self.memory.number(reg.EXPOSURE_TIME) * 1000)
-                due = self._sequencer.due(self._timing())
+                due = self._sequencer.due(timing_of(self.memory))
                 if due is not None and due + exposure - ahead <= now:
                     plan = self._take(now - exposure)
                     break
@@ -210,7 +217,7 @@ class CameraModel:
             self._changed.wait(left * 1e-9)
 
     def _take(self, now: int) -> FramePlan | None:
-        taken = self._sequencer.take(self._timing(), now)
+        taken = self._sequencer.take(timing_of(self.memory), now)
         if taken is None:
             return None
         frame_id, start = taken
@@ -232,24 +239,10 @@ class CameraModel:
     def _obeyed_settings(self) -> FrameSettings:
         """Return the settings of this exposure: like a real sensor, it latches them some frames ahead."""
         self._latched.append(settings_of(self.memory))
-        latency = 0 if any(self._timing().triggered) else self.memory.integer(reg.SETTING_LATENCY)
+        latency = 0 if any(timing_of(self.memory).triggered) else self.memory.integer(reg.SETTING_LATENCY)
         while len(self._latched) > latency + 1:
             self._latched.popleft()
         return self._latched[0]
-
-    # -- cadence ---------------------------------------------------------------------------------
-    def _asked_rate(self) -> float:
-        return min(float(self.memory.stored(reg.FRAME_RATE)), fastest_rate(self.memory))
-
-    def _resulting_rate(self) -> float:
-        enabled = self.memory.integer(reg.FRAME_RATE_ENABLE)
-        return self._asked_rate() if enabled else fastest_rate(self.memory)
-
-    def _timing(self) -> Timing:
-        frame, burst = (bool(self.memory.integer(mode)) for mode in reg.TRIGGER_MODE)
-        # A trigger sets the pace itself; only the sensor bounds it.
-        rate = fastest_rate(self.memory) if frame else self._resulting_rate()
-        return Timing(int(1e9 / rate), (frame, burst), self.memory.integer(reg.BURST_FRAME_COUNT))
 
     # -- effects of registers --------------------------------------------------------------------
     def _install_hooks(self) -> None:
@@ -261,11 +254,11 @@ class CameraModel:
         memory.on_check(reg.OFFSET_Y, self._check_offset(reg.OFFSET_Y, reg.HEIGHT, reg.HEIGHT_MAX))
         for register, thermometer in zip(reg.DEVICE_TEMPERATURE, self._thermometers, strict=True):
             memory.on_read(register, partial(self._temperature, thermometer))
-        memory.on_read(reg.FRAME_RATE, self._asked_rate)
-        memory.on_read(reg.RESULTING_FRAME_RATE, self._resulting_rate)
+        memory.on_read(reg.FRAME_RATE, lambda: asked_rate(memory))
+        memory.on_read(reg.RESULTING_FRAME_RATE, lambda: resulting_rate(memory))
         memory.on_read(
             reg.LINK_CURRENT_THROUGHPUT,
-            lambda: int(self._resulting_rate() * memory.integer(reg.PAYLOAD_SIZE)),
+            lambda: int(resulting_rate(memory) * memory.integer(reg.PAYLOAD_SIZE)),
         )
         memory.on_check(reg.FRAME_RATE, self._check_frame_rate)
         for register, wanted in ((reg.EXPOSURE_TIME, reg.EXPOSURE_AUTO), (reg.GAIN_RAW, reg.GAIN_AUTO)):

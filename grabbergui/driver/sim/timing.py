@@ -11,6 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.memory import RegisterMemory
+from grabbergui.driver.sim.settings import fastest_rate
+
 Clock = Callable[[], int]
 
 
@@ -74,6 +78,24 @@ class Timing(NamedTuple):
     triggered: tuple[bool, bool]
     "Whether frames wait for their trigger, and whether bursts do."
     burst_frames: int = 1
+
+
+def asked_rate(memory: RegisterMemory) -> float:
+    """Return the frame rate (Hz) in AcquisitionFrameRate, as far as the camera reaches it."""
+    return min(float(memory.stored(reg.FRAME_RATE)), fastest_rate(memory))
+
+
+def resulting_rate(memory: RegisterMemory) -> float:
+    """Return the frame rate (Hz) without triggers."""
+    return asked_rate(memory) if memory.integer(reg.FRAME_RATE_ENABLE) else fastest_rate(memory)
+
+
+def timing_of(memory: RegisterMemory) -> Timing:
+    """Return the cadence that the registers ask for at the moment."""
+    frame, burst = (bool(memory.integer(mode)) for mode in reg.TRIGGER_MODE)
+    # A trigger sets the pace itself; only the sensor bounds it.
+    rate = fastest_rate(memory) if frame else resulting_rate(memory)
+    return Timing(int(1e9 / rate), (frame, burst), memory.integer(reg.BURST_FRAME_COUNT))
 
 
 @dataclass
