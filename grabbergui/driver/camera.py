@@ -20,7 +20,7 @@ from grabbergui.core.errors import (
     ResourceExhaustedError,
     TransportError,
 )
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue, format_value
+from grabbergui.core.features import Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.settings import SettingKey, WriteResult, return_text
@@ -28,7 +28,7 @@ from grabbergui.driver import acquisition
 from grabbergui.driver.acquisition import POLL_PERIOD, Acquisition, EventDelivery, Poller
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi.node_map import CameraNodeMap
-from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter
+from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter, validated
 
 log = logging.getLogger(__name__)
 
@@ -222,7 +222,7 @@ class Camera(FrameGrabber):
                 self._acquisition.stop()  # otherwise it is locked until the next stream ends
             restart = self._acquisition.running and self._acquisition.pauses_for(name)
             taking = None if restart else nodes.taking(name, value)
-            feature, value = taking or _validated(nodes.feature(name), value)
+            feature, value = taking or validated(nodes.feature(name), value)
             if name.startswith(_EVENT_SWITCH):
                 self._open_events()
             if not restart:
@@ -479,14 +479,3 @@ class _ExplainedLoss:
         loss = self._camera.lost
         if isinstance(error, DeviceLostError) and loss and loss not in str(error):
             raise DeviceLostError(f"{self._camera.info.title} is lost: {loss}") from error
-
-
-def _validated(feature: Feature, value: FeatureValue) -> tuple[Feature, FeatureValue]:
-    """Check a value before a companion is switched or the stream paused for it. Raises FeatureError.
-
-    A lock is ignored, as the write may open it. A feature without a value is checked after that.
-    """
-    if feature.value is None:
-        return feature, value
-    ready = feature if feature.access.writable else replace(feature, access=AccessMode.READ_WRITE)
-    return feature, ready.validated(value)

@@ -8,10 +8,11 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import NamedTuple
 
 from grabbergui.core.errors import FeatureError
-from grabbergui.core.features import Feature, FeatureValue, format_value
+from grabbergui.core.features import AccessMode, Feature, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult, same_value, setting_names
 from grabbergui.core.settle import instances_of, settle
@@ -107,6 +108,17 @@ class SettingsMemory:
                 problems += settle(grabber, {hider.key: hider.before, key: value}).values()
         visible = {key: value for key, value in self._settings.items() if key not in hidden}
         return [*problems, *settle(grabber, visible).values()]
+
+
+def validated(feature: Feature, value: FeatureValue) -> tuple[Feature, FeatureValue]:
+    """Check a value before a companion is switched or the stream paused for it. Raises FeatureError.
+
+    A lock is ignored, as the write may open it. A feature without a value is checked after that.
+    """
+    if feature.value is None:
+        return feature, value
+    ready = feature if feature.access.writable else replace(feature, access=AccessMode.READ_WRITE)
+    return feature, ready.validated(value)
 
 
 class _Target(NamedTuple):
