@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import replace
 from typing import Any
 
 from genicam import genapi
@@ -22,19 +21,17 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.features import (
-    AccessMode,
     Category,
     Feature,
-    FeatureDescription,
     FeatureKind,
     FeatureValue,
     format_value,
 )
 from grabbergui.core.grabber import DeviceEvent
-from grabbergui.core.sfnc import Role, automatic_mode_of
+from grabbergui.core.sfnc import automatic_mode_of
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import node_features, port
-from grabbergui.driver.genapi.node_features import NodeFeature
+from grabbergui.driver.genapi.node_features import FeatureTree, NodeFeature
 from grabbergui.driver.genapi.port import EventReader, MapLock, RegisterPort
 from grabbergui.driver.genapi.vetting import clean_xml, port_name
 
@@ -69,11 +66,6 @@ class CameraNodeMap:
             raise RemoteProtocolError(
                 f"the camera's description cannot be used: {node_features.reason_of(error)}"
             ) from error
-        root = self._map.get_node("Root") if self._map.has_node("Root") else None
-        if root is None or not node_features.is_category(root):
-            raise RemoteProtocolError("the camera's description cannot be used: it has no category Root")
-        self._descriptions: dict[str, FeatureDescription] = {}
-        self._categories: set[str] = set()
         self._callbacks: list[tuple[Any, int]] = []
         self._nodes: dict[str, NodeFeature] = {}
         "Features used so far."
@@ -84,7 +76,9 @@ class CameraNodeMap:
                 # First, because GenApi treats an event's nodes as implemented only with an adapter.
                 if device.event_layout:
                     self._events = EventReader(self._map, device.event_layout)
-                self._root = self._build_tree(root)
+                tree = FeatureTree(self._map)
+                self._port.take_failure()  # the features that failed say so themselves
+                self._root, self._descriptions = tree.root, tree.descriptions
                 self._listen()
         except BaseException:
             self.close()  # a map that is collected with its event adapter or callbacks ends the process
@@ -363,62 +357,6 @@ class CameraNodeMap:
                     raise FeatureError(f"{name}: the camera answered: {failure}", name) from error
                 # After commands like DeviceReset the device cannot report that it is done.
                 return True
-
-    def _build_tree(self, category: Any) -> Category:
-        root = self._category(category, frozenset())
-        # Some cameras have categories without a parent, which contain the gain, for example.
-        orphans = [
-            self._category(value, frozenset())
-            for value in self._map.nodes
-            if node_features.is_category(value)
-            and value.node.name not in self._categories
-            and not value.node.parents
-        ]
-        self._port.take_failure()
-        branches = (*root.members, *(branch for branch in orphans if branch.members))
-        unlisted = tuple(self._unlisted())
-        if unlisted:
-            branches += (Category("Unlisted", "Not in a category", members=unlisted),)
-        return replace(root, members=branches)
-
-    def _unlisted(self) -> Iterator[FeatureDescription]:
-        """Yield features that operators need and no category lists, such as a frame rate."""
-        for role in Role:
-            name = role.find(lambda name: bool(self._map.has_node(name)))
-            if name is None or role.find(self.has) is not None:
-                continue
-            value = self._map.get_node(name)
-            description = node_features.describe(value.node, "Unlisted")
-            if description is not None and self._implemented(value):
-                self._descriptions[name] = description
-                yield description
-
-    def _category(self, category: Any, above: frozenset[str]) -> Category:
-        node = category.node
-        name = node.name
-        self._categories.add(name)
-        members: list[Category | FeatureDescription] = []
-        for value in category.features:
-            if not self._implemented(value):
-                continue
-            if node_features.is_category(value):
-                if value.node.name not in above | {name}:
-                    branch = self._category(value, above | {name})
-                    if branch.members:
-                        members.append(branch)
-            elif (description := node_features.describe(value.node, name)) is not None:
-                self._descriptions.setdefault(description.name, description)
-                members.append(description)
-        return Category(
-            name, node.display_name, node.tooltip, node_features.visibility_of(node), tuple(members)
-        )
-
-    def _implemented(self, value: Any) -> bool:
-        try:
-            return node_features.access_of(value) is not AccessMode.NOT_IMPLEMENTED
-        except (genapi.GenericException, RuntimeError):
-            # A failed access does not say that the feature is missing. Its row in the panel shows the error.
-            return True
 
     def _listen(self) -> None:
         for name in self._descriptions:
