@@ -13,11 +13,8 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import (
@@ -28,9 +25,9 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
+from grabbergui.driver.sim.packing import LUT_INPUT_BITS
 from grabbergui.driver.sim.registers import File, FileOpenMode, FileOperation, FileOperationStatus, FileState
 
-LUT_INPUT_BITS = 12
 LUT_ENTRIES = 1 << LUT_INPUT_BITS
 "Of LUTLuminance: 16-bit output values, little-endian, one for each input value of `LUT_INPUT_BITS`."
 
@@ -304,21 +301,6 @@ class LookUpTable:
     def _set_value(self, value: RegisterValue) -> RegisterValue:
         self._buffer[self._place()] = int(value).to_bytes(2, "big")
         return value
-
-
-def look_up(values: NDArray[Any], depth: int, table: bytes) -> None:
-    """Replace values of `depth` bits (8 to 16, uint8 or uint16) in place by those of a table."""
-    values[...] = _by_value(depth, table)[values]
-
-
-@lru_cache(maxsize=4)
-def _by_value(depth: int, table: bytes) -> NDArray[Any]:
-    places = np.arange(1 << depth)
-    places = places << LUT_INPUT_BITS - depth if depth <= LUT_INPUT_BITS else places >> depth - LUT_INPUT_BITS
-    if depth < LUT_INPUT_BITS:
-        places |= (1 << LUT_INPUT_BITS - depth) - 1  # the brightest value is the last entry
-    found = np.frombuffer(table, ">u2")[places].astype(np.uint16) >> 16 - depth
-    return found.astype(np.uint8 if depth == 8 else np.uint16)
 
 
 # -- user sets -----------------------------------------------------------------------------------
