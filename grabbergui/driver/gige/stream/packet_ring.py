@@ -249,7 +249,7 @@ class PacketRing(PacedSource):
         breaks = ((lengths[1:count] != lengths[: max(count - 1, 0)]).nonzero()[0] + 1).tolist()
         for begin, end in zip([0, *breaks], [*breaks, count], strict=True):
             if begin < end:
-                _hand_over(slots[begin:end, PAYLOAD_AT : PAYLOAD_AT + int(lengths[begin])], assembler, now)
+                assembler.receive_rows(slots[begin:end, PAYLOAD_AT : PAYLOAD_AT + int(lengths[begin])], now)
         if count == len(odd):
             return True
         del slots
@@ -350,13 +350,6 @@ def _free(descriptor: int, memory: mmap.mmap) -> None:
     os.close(descriptor)
     with contextlib.suppress(BufferError):  # a view is left; the memory is unmapped with it
         memory.close()
-
-
-def _hand_over(packets: NDArray[np.uint8], assembler: BlockAssembler, now: float) -> None:
-    if len(packets) == 1:
-        assembler.receive(packets[0].data, now)
-    else:
-        assembler.receive_rows(packets, now)
 
 
 def _empty(receiver: socket.socket) -> None:
