@@ -7,13 +7,14 @@ import shutil
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.net.ros2 import runtime
-from patience import PROGRAM, until
+from patience import PATIENCE, PROGRAM, until
 
 PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 RESOURCES = Path(__file__).parents[3] / "resources/ros2"
@@ -79,6 +80,43 @@ def test_the_profile_for_lossy_networks_is_kept_and_sends_one_packet_at_a_time(m
         assert os.environ[PROFILES] == str(lossy)
     sizes = re.findall(r"<maxMessageSize>(\d+)<", lossy.read_text("utf-8"))
     assert sizes == ["1472"], "1500 bytes without the headers of IP and UDP"
+
+
+A_NODE = """
+from grabbergui.net.ros2.runtime import Ros2Node
+
+node = Ros2Node("announced")
+print("joined", flush=True)
+input()
+node.close()
+"""
+
+
+@pytest.mark.ros2
+@pytest.mark.parametrize("profile", sorted(path.name for path in RESOURCES.glob("fastdds*.xml")))
+def test_programs_that_start_later_are_told_of_ours_more_often_than_every_three_seconds(profile, domain):
+    pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+    environment = {**os.environ, PROFILES: str(RESOURCES / profile)}
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        # A port of RTPS for the 30th program of a domain on this machine.
+        other.bind(("127.0.0.1", 7400 + 250 * int(environment["ROS_DOMAIN_ID"]) + 10 + 2 * 29))
+        other.settimeout(PATIENCE)
+        program = subprocess.Popen(
+            [sys.executable, "-c", A_NODE], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        try:
+            assert program.stdout.readline() == b"joined\n"
+            time.sleep(1)  # the first five come every 0.1 s
+            last = time.monotonic()
+            announced = []
+            while len(announced) < 4:
+                assert other.recv(65536).startswith(b"RTPS")
+                if time.monotonic() > last + 0.3:
+                    last = time.monotonic()
+                    announced.append(last)
+        finally:
+            program.communicate(b"\n")
+    assert announced[-1] - announced[0] < 6, "at 3 s each it would be 9"
 
 
 # -- discovery server ------------------------------------------------------------------------------
