@@ -90,8 +90,11 @@ class ImagePublisher:
 
         self._writer = ImageWriter()
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
-        self._compressed = publisher(CompressedImage, "~/image_raw/compressed")
-        self._info = publisher(CameraInfo, "~/camera_info")
+        raw = node.resolve_topic_name("~/image_raw")
+        place = raw.rpartition("/")[0]
+        compressed = _unless_remapped(node, "~/image_raw/compressed", f"{raw}/compressed")
+        self._compressed = publisher(CompressedImage, compressed)
+        self._info = publisher(CameraInfo, _unless_remapped(node, "~/camera_info", f"{place}/camera_info"))
         self._components = ComponentTopics(node, grabber, publisher, self._stamp, self._camera_info)
         self._sink = FrameSink(grabber, self._publish, name="ros2 images", reopens=True)
 
@@ -159,6 +162,12 @@ class ImagePublisher:
         if calibration is not None:
             fill_camera_info(message, calibration)
         return message
+
+
+def _unless_remapped(node: Any, topic: str, beside: str) -> str:
+    """Return `beside`, which follows `image_raw` as in image_transport; `topic` if it is remapped itself."""
+    own = topic.replace("~", node.get_fully_qualified_name())
+    return beside if node.resolve_topic_name(topic) == own else topic
 
 
 class _Stamps:

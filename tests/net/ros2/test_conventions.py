@@ -116,6 +116,25 @@ def test_a_renamed_node_takes_everything_along(serve, probe, renamed, name):
     assert below and all(service.startswith(f"{name}/") for service in below)
 
 
+@pytest.mark.parametrize(
+    ("remaps", "info", "compressed"),
+    [
+        ({}, "/cam/camera_info", "/cam/image_raw/compressed"),
+        ({"~/image_raw": "/head/left"}, "/head/camera_info", "/head/left/compressed"),
+        ({"~/image_raw": "/left"}, "/camera_info", "/left/compressed"),
+        ({"/cam/image_raw": "/head/left", "~/camera_info": "/calib"}, "/calib", "/head/left/compressed"),
+        ({"~/image_raw": "/left", "~/image_raw/compressed": "/jpeg"}, "/camera_info", "/jpeg"),
+        ({"~/image": "/left"}, "/cam/camera_info", "/cam/image_raw/compressed"),
+    ],
+)
+def test_camera_info_and_compressed_images_follow_image_raw(serve, probe, remaps, info, compressed):
+    """As image_transport places them: rviz2 and image_proc look for camera_info beside the image."""
+    serve("/cam", ros_args=[word for rule in remaps.items() for word in ("-r", ":=".join(rule))])
+    until(lambda: {info, compressed} <= dict(probe.node.get_topic_names_and_types()).keys())
+    if remaps:
+        assert probe.subscribe(CameraInfo, info, 10).get(timeout=PATIENCE)
+
+
 def test_two_cameras_in_two_namespaces(serve, probe):
     """As two `PushRosNamespace` start them: the same command line twice, each below its namespace."""
     for place in ("/front", "/rear"):
