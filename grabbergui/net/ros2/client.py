@@ -30,14 +30,14 @@ from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import IMAGE_TYPE, CameraLink, not_found, publishers_of
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
-from grabbergui.net.ros2.runtime import Ros2Node, full_name, require_ros2
+from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, full_name, require_ros2
 from grabbergui.net.tree import TreeFeatures
 
 log = logging.getLogger(__name__)
 
 DISCOVERY_TIMEOUT = 5.0
 """Seconds that a topic has to appear."""
-NAME_TIMEOUT = 2.0
+NAME_TIMEOUT = DISCOVERY_S
 """Seconds that a publisher's node has to become known; one outside ROS never does."""
 WATCH_PERIOD = 0.1
 """Seconds between polls of what others changed, while anybody listens, and of whether it is still there."""

@@ -12,10 +12,10 @@ from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
-from grabbergui.net.ros2.runtime import require_interfaces
+from grabbergui.net.ros2.runtime import DISCOVERY_S, require_interfaces
 from grabbergui.net.tree import TreeFeatures, error_of, loads, read_info
 
-SERVICE_TIMEOUT = 3.0
+SERVICE_TIMEOUT = DISCOVERY_S
 """Seconds that a service has to appear once its node has, and then for its first answer."""
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""

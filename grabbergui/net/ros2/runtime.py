@@ -14,7 +14,8 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -37,6 +38,10 @@ LAST_DOMAIN = 232
 """Highest ROS_DOMAIN_ID: the UDP ports of a higher one would be beyond 65535."""
 _RANGE, _LOCALHOST_ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"
 """How far nodes discover each other; the second is that of Humble, which Kilted no longer reads."""
+DISCOVERY_S = 4.0
+"""Seconds within which a node discovers the others, their names and services.
+
+Messages of Fast DDS's discovery that were lost are repeated after 3 s."""
 SHARED_MEMORY = Path("/dev/shm")
 "Where Fast DDS has it."
 
@@ -173,12 +178,19 @@ class Ros2Node:
             raise UsageError(f"--ros-args {' '.join(ros_args)}: {_without_places(error)}") from error
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
+        self._joined = time.monotonic()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._spin, name=f"ros2 {name}", daemon=True)
 
     def start(self) -> None:
         """Let callbacks run from now on."""
         self._thread.start()
+
+    def discovered(self, condition: Callable[[], bool]) -> bool:
+        """Wait until a condition holds; return whether it does `DISCOVERY_S` after joining the network."""
+        while not (holds := condition()) and time.monotonic() < self._joined + DISCOVERY_S:
+            time.sleep(0.02)
+        return holds
 
     def close(self) -> None:
         """End the thread and leave the network. May be called twice."""

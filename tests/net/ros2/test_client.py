@@ -28,10 +28,13 @@ from grabbergui.core.errors import (  # noqa: E402
     SourceUnavailableError,
 )
 from grabbergui.core.grabber import Access, ConnectionState  # noqa: E402
-from grabbergui.net.ros2 import client  # noqa: E402
+from grabbergui.net.ros2 import client, client_link  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
 from grabbergui.net.ros2.server import GrabberServices, Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
+
+SERVICE_TIMEOUT = client_link.SERVICE_TIMEOUT
+"""Other tests have a longer one."""
 
 
 def _run(*arguments, **environment):
@@ -380,6 +383,31 @@ def test_a_frame_has_all_components_that_the_server_publishes(server, camera, op
     camera.write_feature("ComponentSelector", "Range")
     camera.write_feature("ComponentEnable", False)
     until(lambda: [part.name for part in frames.get(PATIENCE).components] == ["intensity", "confidence"])
+
+
+def test_controls_are_there_though_dds_discovers_name_and_services_late(server, opened, monkeypatch):
+    """It repeats what was lost after 3 s, and lists a publisher before its node."""
+    from rclpy.node import Node
+
+    monkeypatch.setattr(client_link, "SERVICE_TIMEOUT", SERVICE_TIMEOUT)
+    listed, offered, firsts = Node.get_publishers_info_by_topic, Node.get_service_names_and_types_by_node, {}
+
+    def late(what):
+        return time.monotonic() < firsts.setdefault(what, time.monotonic()) + 3.2
+
+    def unnamed_at_first(node, topic):
+        infos = listed(node, topic)
+        for info in infos if infos and late("name") else ():
+            info.node_name = "_NODE_NAME_UNKNOWN_"
+        return infos
+
+    monkeypatch.setattr(Node, "get_publishers_info_by_topic", unnamed_at_first)
+    monkeypatch.setattr(
+        Node,
+        "get_service_names_and_types_by_node",
+        lambda *arguments: [] if late("services") else offered(*arguments),
+    )
+    assert opened("ros2:/cam").feature("Gain").value == 0
 
 
 def test_components_are_found_where_the_first_topic_is_remapped(serve, camera, opened):
