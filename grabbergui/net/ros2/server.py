@@ -351,6 +351,7 @@ class Diagnostics:
         self, node: Any, grabber: FrameGrabber, of_the_network: Callable[[], dict[str, int]]
     ) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
+        from rclpy.clock import Clock
 
         self._node = node
         self._grabber = grabber
@@ -361,7 +362,9 @@ class Diagnostics:
         self._namesake = False
         "Whether another node had this node's name, when last looked at."
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        node.create_timer(_DIAGNOSTICS_PERIOD, self._publish)
+        # With `use_sim_time` the node's own clock may stand.
+        steady = Clock(clock_type=type(node.get_clock().clock_type).STEADY_TIME)
+        node.create_timer(_DIAGNOSTICS_PERIOD, self._publish, clock=steady)
 
     def _publish(self) -> None:
         from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

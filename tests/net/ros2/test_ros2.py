@@ -224,6 +224,13 @@ def test_diagnostics_say_that_the_camera_is_lost(camera, serve, probe):
     until(lambda: arrays.get(timeout=PATIENCE).status[0].level == DiagnosticStatus.OK)
 
 
+def test_diagnostics_go_on_while_a_simulated_clock_stands(serve, probe):
+    serve("/cam", ros_args=["-p", "use_sim_time:=true"])
+    arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
+    for _ in range(2):
+        assert arrays.get(timeout=PATIENCE).header.stamp.sec == 0
+
+
 def test_another_node_of_the_same_name_is_reported(server, camera, serve, probe, caplog):
     arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
     until(lambda: arrays.get(timeout=PATIENCE).status[0].level == DiagnosticStatus.OK)
