@@ -19,7 +19,7 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import SourceUnavailableError, TransportError
-from grabbergui.net.ros2.runtime import Ros2Node, load_type_support
+from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, load_type_support
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.tiago_messages import Drive, Kind, Stream, Trajectory
@@ -238,7 +238,7 @@ NAMES_S = 2.0
 _WATCH_S = 1.0
 
 
-def receive_description(timeout: float = 3.0) -> str:
+def receive_description(timeout: float = DISCOVERY_S) -> str:
     """Wait for the URDF that robot_state_publisher latches on `/robot_description`; empty if none comes."""
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from std_msgs.msg import String
@@ -283,6 +283,11 @@ class ControllerManager:
     def can_ask(self) -> bool:
         """Whether the controller manager's messages are installed."""
         return self._client is not None
+
+    @property
+    def awaited(self) -> bool:
+        """Whether there is a controller manager that has not answered yet."""
+        return self._client is not None and self._listed is None and bool(self._client.service_is_ready())
 
     def listed(self) -> list[Controller] | None:
         """Return the newest list; None before a controller manager has answered."""
@@ -379,19 +384,25 @@ def _servo_program(names: Collection[str]) -> str:
     return next((name for name in sorted(names) if name.startswith(NODE)), "")
 
 
-def start_servo_node(node: Any, twists: str) -> None:
+def start_servo_node(ros: Ros2Node, twists: str) -> None:
     """Make the MoveIt Servo node that subscribes to `twists` obey them, if it offers services for that.
 
     Humble has `start_servo` (Trigger); later releases have `switch_command_type` and `pause_servo` (SetBool).
     Raises TransportError if it refuses or does not answer.
     """
-    prefix = twists.rpartition("/")[0]
-    offered = dict(node.get_service_names_and_types())
-    kinds = {
-        name.removeprefix(f"{prefix}/"): types[0]
-        for name, types in offered.items()
-        if name.startswith(f"{prefix}/")
-    }
+    node, prefix = ros.node, twists.rpartition("/")[0]
+    kinds: dict[str, str] = {}
+
+    def discovered() -> bool:
+        offered = node.get_service_names_and_types()
+        kinds.update(
+            (name.removeprefix(f"{prefix}/"), types[0])
+            for name, types in offered
+            if name.startswith(f"{prefix}/")
+        )
+        return "start_servo" in kinds or {"switch_command_type", "pause_servo"} <= kinds.keys()
+
+    ros.discovered(discovered)
     if "start_servo" in kinds:
         from std_srvs.srv import Trigger
 

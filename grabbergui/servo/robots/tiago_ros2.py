@@ -48,7 +48,9 @@ SETTLE_S = 5.0
 
 Fast DDS repeats an announcement that was lost after 3 s (the heartbeats of its discovery)."""
 LIST_S = 1.0
-"Seconds to wait for the controller manager's list; without one, any subscriber counts as a controller."
+"""Seconds to wait for the controller manager's list. Without a manager any subscriber counts as a controller.
+
+A stock robot's manager is discovered before its controllers, whose process it shares."""
 JOINTS = {HEAD: tiago.HEAD_JOINTS, ARM: tiago.ARM_JOINTS}
 
 
@@ -94,7 +96,7 @@ class TiagoOverRos2(Robot):
         "How each part is driven, in one line; empty before `connect`."
 
     def connect(self) -> None:
-        """Join the network, await joint states and choose the controllers; send nothing.
+        """Join the network, await joint states and choose the controllers; command nothing.
 
         Raises SourceNotFoundError if no joint states arrive or no controller can be driven,
         SourceUnavailableError if another servo program drives them.
@@ -130,7 +132,7 @@ class TiagoOverRos2(Robot):
             self._others.watch()
         arm = self._drives.get(ARM)
         if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
-            start_servo_node(self._ros.node, arm.topic)
+            start_servo_node(self._ros, arm.topic)
 
     @override
     def close(self) -> None:
@@ -242,10 +244,13 @@ class TiagoOverRos2(Robot):
         assert self._manager is not None
         if self._manager.can_ask:  # an inactive controller subscribes, too
             self._wait_until(lambda: self._manager is None or self._manager.listed() is not None, LIST_S)
-        choices = self._choices()
-        while time.monotonic() < deadline and not all(choice.drive for choice in choices.values()):
-            time.sleep(0.05)
+        while True:
+            awaited = self._manager.awaited
             choices = self._choices()
+            complete = all(choice.drive for choice in choices.values())
+            if (complete and not awaited) or time.monotonic() > deadline:
+                break
+            time.sleep(0.05)
         self._drives = {name: choice.drive for name, choice in choices.items() if choice.drive is not None}
         if not self._drives:
             reasons = "; ".join(f"{name}: {choice.reason}" for name, choice in choices.items())

@@ -9,6 +9,7 @@ from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots.simulated import SimRobot
+from patience import until
 
 
 @pytest.fixture(scope="module")
@@ -30,14 +31,17 @@ def simulated(domain, model):
 
 @pytest.fixture
 def robot(simulated, model, monkeypatch):
-    """Its client, which knows that there is no controller manager and no other program to wait for."""
+    """Its client, which knows that there is no controller manager and nothing else to wait for."""
+    from grabbergui.net.ros2 import runtime
     from grabbergui.servo.robots import tiago_parts, tiago_ros2
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
     monkeypatch.setattr(tiago_ros2, "LIST_S", 0.0)
     monkeypatch.setattr(tiago_parts, "JOIN_S", 0.0)
+    monkeypatch.setattr(runtime, "DISCOVERY_S", 0.0)
     client = TiagoOverRos2(model)
     client.open()
+    until(lambda: simulated.hears(client), "commands that arrive")
     yield client
     client.close()
 

@@ -1,6 +1,8 @@
 """The servo and a TIAGo as PAL configures it, over real rclpy: trajectories, a servo node, faults."""
 
+import threading
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -25,7 +27,7 @@ from grabbergui.driver.sim.rendered_scene import Things, board_pose  # noqa: E40
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config  # noqa: E402
-from grabbergui.servo.robots import tiago, tiago_parts  # noqa: E402
+from grabbergui.servo.robots import tiago, tiago_parts, tiago_ros2  # noqa: E402
 from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
 from grabbergui.servo.robots.tiago_parts import receive_description  # noqa: E402
@@ -145,7 +147,7 @@ def test_a_controller_that_stops_takes_no_commands_and_the_other_part_goes_on(fa
 
 def test_one_part_is_driven_alone_where_the_other_has_no_active_controller(fake, model):
     fake.controllers[ARM].active = False
-    robot = TiagoOverRos2(model, timeout=1.0)
+    robot = TiagoOverRos2(model)
     robot.open()
     try:
         assert robot.parts == {HEAD}
@@ -162,8 +164,56 @@ def test_one_part_is_driven_alone_where_the_other_has_no_active_controller(fake,
 def test_a_robot_without_an_active_controller_is_refused_by_name(fake, model):
     for controller in fake.controllers.values():
         controller.active = False
-    with pytest.raises(SourceNotFoundError, match=r"head_controller \(.*\) is inactive.*arm_controller"):
-        TiagoOverRos2(model, timeout=1.0).open()
+    with (
+        closing(TiagoOverRos2(model)) as robot,
+        pytest.raises(SourceNotFoundError, match=r"head_controller \(.*\) is inactive.*arm_controller"),
+    ):
+        robot.open()
+
+
+def test_a_controller_manager_that_answers_late_is_waited_for(fake, model, monkeypatch):
+    """Its first answers are lost if it has not discovered who reads them."""
+    monkeypatch.setattr(tiago_ros2, "LIST_S", 0.0)
+    on_answer = tiago_parts.ControllerManager._on_answer
+    late = time.monotonic() + 2.5
+    monkeypatch.setattr(
+        tiago_parts.ControllerManager,
+        "_on_answer",
+        lambda manager, future: time.monotonic() > late and on_answer(manager, future),
+    )
+    fake.controllers[HEAD].active = False
+    with closing(TiagoOverRos2(model)) as robot:
+        robot.open()
+        assert robot.parts == {ARM} and "head_controller" in robot.summary
+
+
+@pytest.mark.parametrize("fake", ["servo node"], indirect=True)
+def test_services_of_moveit_servo_that_are_discovered_late_are_called(fake, model, monkeypatch):
+    from rclpy.node import Node
+
+    offered = Node.get_service_names_and_types
+    late = time.monotonic() + 2.5
+    monkeypatch.setattr(
+        Node, "get_service_names_and_types", lambda node: offered(node) if time.monotonic() > late else []
+    )
+    with closing(TiagoOverRos2(model)) as robot:
+        robot.open()
+        assert (fake.command_type, fake.paused) == (1, False)
+
+
+def test_a_description_that_comes_late_is_waited_for(domain):
+    from std_msgs.msg import String
+
+    publisher = Ros2Node("robot_state_publisher")
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    descriptions = publisher.node.create_publisher(String, "/robot_description", latched)
+    later = threading.Timer(3.2, descriptions.publish, [String(data="<robot/>")])
+    later.start()
+    try:
+        assert receive_description() == "<robot/>"
+    finally:
+        later.join()
+        publisher.close()
 
 
 def test_whoever_only_listens_makes_no_publisher(fake, model):

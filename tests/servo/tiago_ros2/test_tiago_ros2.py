@@ -152,17 +152,16 @@ def test_what_happens_is_published_and_anybody_can_stop_it(runner, simulated, li
         assert marker.pose.position.z == pytest.approx(0.65, abs=0.3)
         assert marker.pose.orientation.w >= 0
         until(lambda: simulated.robot.speed > 0.02)
-        answer = listener.call("/servo/stop")
+        answer = listener.call("/servo/stop", publisher._ros.node)
         assert answer.success
         until(lambda: simulated.robot.speed < 1e-3)
         until(lambda: (status := states.get(timeout=PATIENCE)).level == DiagnosticStatus.ERROR and status)
-        assert "resumed" in listener.call("/servo/resume").message
-        assert "not stopped" in listener.call("/servo/resume").message
+        assert "resumed" in listener.call("/servo/resume", publisher._ros.node).message
+        assert "not stopped" in listener.call("/servo/resume", publisher._ros.node).message
         until(lambda: simulated.robot.speed > 0.01)
         at_once = listener.node.create_publisher(Empty, "/servo/stop_now", 1)
         until(at_once.get_subscription_count)
-        at_once.publish(Empty())
-        until(lambda: runner.gate.halted == "stopped over ROS 2")
+        until(lambda: at_once.publish(Empty()) or runner.gate.halted == "stopped over ROS 2")
         until(lambda: simulated.robot.speed < 1e-3)
         status = {}
         until(lambda: "state" in status or status.update(pairs(states)))
@@ -219,10 +218,9 @@ def test_a_stop_is_heard_while_another_one_is_being_ended(runner, listener, monk
         runner.emergency_stop("by a test")
         monkeypatch.setattr(runner.gate, "release", release)
         with ThreadPoolExecutor(1) as pool:
-            resumed = pool.submit(listener.call, "/servo/resume")
+            resumed = pool.submit(listener.call, "/servo/resume", publisher._ros.node)
             assert began.wait(PATIENCE)
-            at_once.publish(Empty())
-            assert stopped.wait(PATIENCE)
+            until(lambda: at_once.publish(Empty()) or stopped.is_set())
             assert resumed.result(PATIENCE).success
     finally:
         runner.stop()

@@ -16,6 +16,11 @@ class Faulty(TiagoTopics):
         self.silent = self.frozen = False
         self.joint_states = 0
 
+    def hears(self, client):
+        """Whether the controllers have discovered who commands them: earlier commands are lost."""
+        topics = [drive.topic for drive in client._drives.values()]
+        return all(self._ros.node.count_publishers(topic) for topic in topics)
+
     def _publish_state(self):
         if self.frozen:
             last = self._robot.state() if self._robot is self.robot else None
@@ -54,11 +59,17 @@ class Listener:
         until(subscription.get_publisher_count, f"a publisher of {topic}")
         return heard
 
-    def call(self, service):
+    def call(self, service, server):
+        """Call a service of the node `server`, once that has discovered who reads the answer."""
         from std_srvs.srv import Trigger
 
         client = self.node.create_client(Trigger, service)
         assert client.wait_for_service(PATIENCE)
-        future = client.call_async(Trigger.Request())
-        until(future.done)
-        return future.result()
+        until(lambda: server.count_clients(service), f"a client of {service}")
+        try:
+            future = client.call_async(Trigger.Request())
+            until(future.done)
+            return future.result()
+        finally:
+            self.node.destroy_client(client)
+            until(lambda: not server.count_clients(service), f"no client of {service}")
