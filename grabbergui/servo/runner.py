@@ -66,7 +66,7 @@ class Runner:
         `guard` is the guardian of a robot that would continue to move without this program.
         A `dry_run` computes everything and sends the robot neither motion nor stop.
         """
-        self.dry_run = dry_run
+        self.grabber, self.robot, self.dry_run = grabber, robot, dry_run
         self.config = config or Config()
         self.loop = ServoLoop(self.config, robot, dry_run=dry_run)
         self.gate = CommandGate(robot, self.config, guard, dry_run=dry_run)
@@ -76,7 +76,6 @@ class Runner:
         "Duration of the newest detections."
         self.latency_ms: deque[float] = deque(maxlen=TIMES_KEPT)
         "From the middle of an image's exposure to its command, of the newest images."
-        self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
         self._images = ImageWatch()
@@ -186,16 +185,6 @@ class Runner:
             return str(error)
         return ""
 
-    @property
-    def robot(self) -> Robot:
-        """The robot that is moved."""
-        return self._robot
-
-    @property
-    def grabber(self) -> FrameGrabber:
-        """The source of the images."""
-        return self._grabber
-
     def renew_detector(self) -> None:
         """Make a new detector for the next frame, for instance after a calibration. Any thread."""
         self._renew = True
@@ -206,9 +195,9 @@ class Runner:
 
     def _run(self) -> None:
         failure: Exception | None = None
-        queue = self._grabber.open_queue(1)
+        queue = self.grabber.open_queue(1)
         try:
-            self._grabber.start()
+            self.grabber.start()
             due = time.monotonic()
             while self._running.is_set():
                 frame = None
@@ -296,9 +285,9 @@ class Runner:
 
     def _reading(self) -> RobotState | None:
         try:
-            return self._robot.state()
+            return self.robot.state()
         except GrabberError as error:
-            log.debug("%s: %s", self._robot.name, error)
+            log.debug("%s: %s", self.robot.name, error)
             return None
 
 
