@@ -160,16 +160,12 @@ class Camera(FeatureAccess):
         """
         frames = self._grabber.open_queue(depth=4)
         with contextlib.closing(frames), self._stream.grab():
-            names: list[str] = []
-            if settings:
-                names = [self._name_of(name) for name in settings]
-                self._effects.prepare(names, self._start, frame_wait(self._grabber))
+            wanted = {self._name_of(name): value for name, value in settings.items()}
+            if wanted:
+                self._effects.prepare(list(wanted), self._start, frame_wait(self._grabber))
             self._start()
             written = time.monotonic()
-            values = {
-                self._name_of(name): self.write(self._name_of(name), value)
-                for name, value in settings.items()
-            }
+            values = {name: self.write(name, value) for name, value in wanted.items()}
             acknowledged = time.monotonic()
             effect = SettingEffect(values, written, acknowledged, self._effects.latency)
             deadline = acknowledged + (frame_wait(self._grabber) if timeout is None else timeout)
