@@ -417,9 +417,7 @@ class Connection:
             if current is not None:
                 self.closing.emit(current)
         if before is not None:
-            self.ending.emit(before)
-            before.release()
-            self.messages.forget(before)
+            self._release(before)
         self.state_changed.emit(LinkState.OPENING, f"Connecting to {source.uri}")
         self.sources_changed.emit(self._sources)
         return True
@@ -446,13 +444,17 @@ class Connection:
                 self._leave(source)
             if current:
                 self.closing.emit(source)
-        self.ending.emit(source)
-        source.release()
-        self.messages.forget(source)
+        self._release(source)
         if current:
             self.state_changed.emit(LinkState.CLOSED, reason)
         self.sources_changed.emit(self._sources)
         return True
+
+    def _release(self, source: OpenSource) -> None:
+        """Announce the end of a source that is no longer among the sources, and close it."""
+        self.ending.emit(source)
+        source.release()
+        self.messages.forget(source)
 
     def _leave(self, source: OpenSource) -> None:
         """Keep a source until its thread has ended. Call with the lock held."""
