@@ -61,7 +61,8 @@ class TargetWatch:
         self._calibration: Calibration | None = None
         self._detector: MarkerDetector | None = None
         self._newest: tuple[float, MarkerDetection | None] = (-np.inf, None)
-        self._error: GrabberError | None = None
+        self._error: tuple[float, GrabberError | None] = (-np.inf, None)
+        "When the frame was exposed that failed since the last one that did not, and the failure."
         self._news = threading.Condition()
         self._closed = False
         self._sink = FrameSink(
@@ -94,9 +95,9 @@ class TargetWatch:
         Raises FrameTimeoutError without a frame, UsageError if the calibration does not fit.
         """
         with self._news:
-            self._await(lambda: self._calibration is not None or self._error is not None)
+            self._await(lambda: self._calibration is not None or self._error[1] is not None)
             if self._calibration is None:
-                raise self._error or FrameTimeoutError(_no_frame())
+                raise self._error[1] or FrameTimeoutError(_no_frame())
             return self._calibration
 
     @property
@@ -110,11 +111,12 @@ class TargetWatch:
         Raises FrameTimeoutError if none comes, the detection's own error if it failed.
         """
         with self._news:
-            self._await(lambda: self._newest[0] > after or self._error is not None)
+            self._await(lambda: max(self._newest[0], self._error[0]) > after)
             captured, found = self._newest
             if captured > after:
                 return found
-            raise self._error or FrameTimeoutError(_no_frame())
+            failed, error = self._error
+            raise error if error is not None and failed > after else FrameTimeoutError(_no_frame())
 
     def _await(self, condition: Callable[[], bool]) -> None:
         deadline = time.monotonic() + FRAME_S
@@ -134,7 +136,7 @@ class TargetWatch:
         markers = () if self._detector is None else tuple(self._detector.detect(grey))
         found = Sighting(frame.captured, markers).only(self._marker.target)
         with self._news:
-            self._calibration, self._error = calibration, None
+            self._calibration, self._error = calibration, (-np.inf, None)
             self._newest = frame.captured, found
             self._news.notify_all()
         self._seen(frame, found)
@@ -144,7 +146,7 @@ class TargetWatch:
         if not isinstance(error, GrabberError):
             error = GrabberError(f"frame {frame.frame_id} cannot be evaluated: {error}")
         with self._news:
-            self._error = error
+            self._error = frame.captured, error
             self._news.notify_all()
         self._failed(error)
 

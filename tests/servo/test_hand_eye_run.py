@@ -1,5 +1,7 @@
 """Hand–eye calibration on a simulated robot, through the gate."""
 
+import threading
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -9,16 +11,20 @@ from fakes import ScriptedGrabber
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import (
     CalibrationError,
+    GrabberError,
     RobotStoppedError,
     SourceUnavailableError,
     TransportError,
     UsageError,
 )
+from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import by_name
 from grabbergui.servo import closed_loop
 from grabbergui.servo.hand_eye_run import arrangement
 from grabbergui.servo.hand_eye_stand import TargetWatch
 from grabbergui.servo.robots import teo
 from hand_eye_bench import QUICK, Bench
+from patience import PATIENCE
 
 VIEWS = 10
 
@@ -115,6 +121,31 @@ def test_a_source_that_cannot_be_started_keeps_no_queue(monkeypatch):
     with pytest.raises(TransportError, match="no stream"):
         TargetWatch(grabber, QUICK.marker, closed_loop.calibration().scaled_to)
     assert not grabber._fanout.consumers
+
+
+def test_a_frame_that_failed_before_an_observation_does_not_end_it():
+    grabber, failed = ScriptedGrabber(), threading.Event()
+    calibration = closed_loop.calibration()
+    size = calibration.width, calibration.height
+
+    def frame(payload):
+        return Frame(payload, *size, by_name("Mono8"), received_ns=time.time_ns())
+
+    watch = TargetWatch(grabber, QUICK.marker, calibration.scaled_to, failed=lambda error: failed.set())
+    whole = np.zeros(size[0] * size[1], np.uint8)
+    next_one = threading.Timer(0.3, lambda: grabber._fanout.put(frame(whole)))
+    try:
+        grabber._fanout.put(frame(whole[:10]))
+        assert failed.wait(PATIENCE)
+        next_one.start()
+        assert watch(time.monotonic()) is None  # nothing is seen in the next one
+        began = time.monotonic()
+        grabber._fanout.put(frame(whole[:10]))
+        with pytest.raises(GrabberError, match="the payload has 10"):
+            watch(began)
+    finally:
+        next_one.join()
+        watch.close()
 
 
 @pytest.mark.parametrize("eye", ["head", "hand", "fixed"])
