@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Literal, get_args
 
 from grabbergui import sources
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
@@ -135,5 +135,5 @@ class CameraGroup:
     def _on_each(self, call: Callable[[Camera], None]) -> None:
         with ThreadPoolExecutor(max(len(self), 1)) as pool:
             for problem in [future.exception() for future in [pool.submit(call, camera) for camera in self]]:
-                if isinstance(problem, GrabberError):
+                if problem is not None:
                     raise problem

@@ -322,6 +322,16 @@ def test_a_failing_callback_hinders_no_other(camera: grabbergui.Camera) -> None:
     until(lambda: seen)
 
 
+def test_a_group_reports_whatever_went_wrong_after_all_cameras_were_called(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with grabbergui.open_all([f"{FAST}&serial=LEFT", f"{FAST}&serial=RIGHT"]) as cameras:
+        monkeypatch.setattr(cameras[0].grabber, "start", lambda **_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            cameras.start()
+        assert [camera.streaming for camera in cameras] == [False, True]
+
+
 def test_events_do_not_pile_up_behind_a_slow_callback(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
