@@ -173,14 +173,6 @@ class Collector:
         """Whether there are enough views."""
         return len(self.views) >= self.wanted
 
-    def missing(self) -> str:
-        """Return how to hold the board next, as display text; empty if everything is covered."""
-        return self.coverage.missing()
-
-    def add(self, grey: Grey) -> bool:
-        """Examine an image; return whether its view is kept."""
-        return self.look(grey) is Verdict.KEPT
-
     def look(self, grey: Grey, keep: bool = True) -> Verdict:
         """Examine an image (rows, columns) uint8, and keep its view if it differs from those before.
 

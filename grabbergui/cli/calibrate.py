@@ -177,7 +177,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                 verdict, now = collector.look(frame.mono()), time.monotonic()
                 seen |= verdict is not Verdict.NOT_SEEN
                 if verdict is Verdict.KEPT:
-                    hint = collector.missing()
+                    hint = collector.coverage.missing()
                     said = now
                     print(
                         f"view {len(collector.views)} of {collector.wanted}, "

@@ -249,7 +249,7 @@ class CalibratingModel:
         self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None
     ) -> BoardPreview:
         collector = self._collector
-        hint = hint_text(collector.missing()) if image is not None else ""
+        hint = hint_text(collector.coverage.missing()) if image is not None else ""
         seen = collector.last if image is not None else None
         corners = None if seen is None else seen.image
         return BoardPreview(

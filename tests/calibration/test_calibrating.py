@@ -56,7 +56,7 @@ def test_the_camera_that_drew_the_views_is_found(kind, views):
     board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
     collector, pattern = Collector(board), texture(kind)
     for pose in islice(poses(), views):
-        collector.add(image(pattern, pose))
+        collector.look(image(pattern, pose))
     result = collector.solve("test")
     assert result.rms < 0.3
     matrix = result.calibration.matrix
@@ -70,17 +70,17 @@ def test_the_camera_that_drew_the_views_is_found(kind, views):
 
 def test_a_view_is_kept_once_and_the_same_again_is_not():
     collector, view = Collector(CHARUCO), image(texture("charuco"), at(0.45, 0, 0, yaw=20))
-    assert collector.add(view)
-    assert not collector.add(view)
+    assert collector.look(view) is Verdict.KEPT
+    assert collector.look(view) is not Verdict.KEPT
     assert len(collector.views) == 1
     assert 0 < collector.coverage.part < 1
-    assert collector.missing() == "at the top left"
+    assert collector.coverage.missing() == "at the top left"
 
 
 def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
-    assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
-    assert not collector.add(image(texture("charuco"), at(2.5, 0, 0)))
+    assert collector.look(np.zeros((HEIGHT, WIDTH), np.uint8)) is not Verdict.KEPT
+    assert collector.look(image(texture("charuco"), at(2.5, 0, 0))) is not Verdict.KEPT
     with pytest.raises(CalibrationError, match="0 different views"):
         collector.solve()
 
@@ -88,7 +88,7 @@ def test_images_without_a_board_are_no_views():
 def test_a_view_that_fits_badly_is_left_out():
     collector, pattern = Collector(CHARUCO), texture("charuco")
     for pose in poses():
-        collector.add(image(pattern, pose))
+        collector.look(image(pattern, pose))
     spoilt = collector.views[4]
     spoilt.image[:] += np.random.default_rng(1).normal(0, 8, spoilt.image.shape)
     result = collector.solve()
@@ -104,9 +104,9 @@ def test_a_view_that_fits_badly_is_left_out():
 
 def test_images_of_another_size_are_refused():
     collector = Collector(CHARUCO)
-    collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
+    collector.look(np.zeros((HEIGHT, WIDTH), np.uint8))
     with pytest.raises(CalibrationError, match="begin again"):
-        collector.add(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
+        collector.look(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
 
 
 def test_only_a_board_at_rest_is_kept():
@@ -202,8 +202,8 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
 
     def collect(collector, chosen):
         for grey in images:
-            collector.add(grey)
-            collector.add(grey)  # at rest
+            collector.look(grey)
+            collector.look(grey)  # at rest
         return DeviceInfo("sim:", model="SimCam", serial="0042")
 
     monkeypatch.setattr(calibrate, "_collect", collect)
