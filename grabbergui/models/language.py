@@ -85,7 +85,7 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP("Drivers", "{0} is not connected to this program at the moment"),
     QT_TRANSLATE_NOOP("Drivers", "{0} sends messages that are no images ({1})"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is connected over {1} and sends nothing"),
-    QT_TRANSLATE_NOOP("Drivers", "{0} is subscribed to, and {1} sends nothing"),
+    QT_TRANSLATE_NOOP("Drivers", "{0} is subscribed to, and {1} sends nothing that arrives here"),
     QT_TRANSLATE_NOOP("Drivers", "nobody publishes {0}"),
     # A camera that somebody else uses
     QT_TRANSLATE_NOOP("Drivers", "another application at {0} controls {1}; close it there"),

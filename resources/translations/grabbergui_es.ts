@@ -1388,8 +1388,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="66"/>
-        <source>{0} is subscribed to, and {1} sends nothing</source>
-        <translation>{0} está suscrito y {1} no envía nada</translation>
+        <source>{0} is subscribed to, and {1} sends nothing that arrives here</source>
+        <translation>{0} está suscrito y {1} no envía nada que llegue aquí</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="66"/>

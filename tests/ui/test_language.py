@@ -59,7 +59,7 @@ NO_COUNT = {
     "{0:.3f} px over {1} of {2} poses",  # FEWEST_VIEWS
     "{0} free",  # bytes, with their unit
     "{0} sends messages that are no images ({1})",  # names of ports and topics
-    "{0} is subscribed to, and {1} sends nothing",
+    "{0} is subscribed to, and {1} sends nothing that arrives here",
 }  # fmt: skip
 """Texts with a number before a plural that is never 1, or counts nothing."""
 ENGLISH = re.compile(

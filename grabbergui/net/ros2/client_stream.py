@@ -179,7 +179,8 @@ class ImageStream:
         publishers = publishers_of(self._node, self._topic)
         if not publishers:
             return f"nobody publishes {self._topic}"
-        return f"{self._topic} is subscribed to, and {' and '.join(map(str, publishers))} sends nothing"
+        senders = " and ".join(map(str, publishers))
+        return f"{self._topic} is subscribed to, and {senders} sends nothing that arrives here"
 
     def look(self) -> None:
         """Subscribe to match the topic's publishers, and log what does not fit. One thread at a time."""
