@@ -41,8 +41,9 @@ EXIT_TERMINATED = 143
 EXIT_CODES = {
     0: "success; also after Ctrl-C, SIGTERM or SIGHUP if the command runs until then",
     EXIT_FAILURE: "something failed, and one line on stderr says what: no such camera, no name server, no "
-    "control. `diff`: the settings differ; `doctor`: a problem was found; `servo`: the marker was not "
-    "reached; `terminal`: a line of a script was refused; `gui --offscreen`: no image arrived",
+    "control. `diff`: the settings differ; `doctor`: a problem was found; `servo` with --headless "
+    "or --seconds: the marker was not reached; `terminal`: a line of a script was refused; "
+    "`gui --offscreen`: no image arrived",
     EXIT_USAGE: "wrong usage: an option, a value, a file that does not exist, or one that does and would be "
     "overwritten",
     EXIT_HUNG_UP: "the terminal was closed before the end (SIGHUP); the camera is released first",

@@ -256,7 +256,8 @@ def _hand_eye(options: argparse.Namespace) -> int:
             scene.guardian.await_ready()
         gate = CommandGate(scene.robot, config, scene.guardian)
         if options.window:
-            return _hand_eye_in_window(scene, gate, config, options, stop)
+            _hand_eye_in_window(scene, gate, config, options, stop)
+            return 0
         look = TargetWatch(scene.grabber, config.marker, scene.calibration)
         stack.callback(look.close)
         stack.enter_context(watched(gate))
@@ -280,15 +281,15 @@ def _hand_eye_in_window(
     config: Config,
     options: argparse.Namespace,
     stop: threading.Event,
-) -> int:
-    """Calibrate in a window; return the exit code, 1 without a result."""
+) -> None:
+    """Calibrate in a window, which asks where to save."""
     with importing_window("or leave out --window"):
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
     gate.hold("nothing moves before a person agrees")
     stand = servo_robots.hand_eye_stand(scene, gate, config, options, options.out)
     try:
-        return int(standalone.hand_eye(stand, theme=Theme(options.theme), stop=stop) is None)
+        standalone.hand_eye(stand, theme=Theme(options.theme), stop=stop)
     finally:
         stand.close()
 

@@ -135,6 +135,22 @@ class Terminated(KeyboardInterrupt):
         "The signal's."
 
 
+def _interrupt(number: int) -> KeyboardInterrupt:
+    return KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
+
+
+class EndRequest(threading.Event):
+    """Set by a signal that asks the program to end."""
+
+    number = int(signal.SIGINT)
+    "The signal's."
+
+    def check(self) -> None:
+        """Raise as `raising_on_signals` does, if it is set."""
+        if self.is_set():
+            raise _interrupt(self.number)
+
+
 @contextmanager
 def dies_of_signals() -> Iterator[None]:
     """Let Ctrl-C, SIGTERM and SIGHUP end the program at once and silently: there is nothing to release."""
@@ -170,7 +186,7 @@ def raising_on_signals() -> Iterator[None]:
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         if not _within(frame, _MUST_NOT_BE_LEFT):
-            raise KeyboardInterrupt if number == signal.SIGINT else Terminated(number)
+            raise _interrupt(number)
         if sys.platform == "win32":
             again = threading.Timer(PUT_OFF, _thread.interrupt_main, (number,))
         else:  # also ends a system call in which the main thread waits
@@ -188,19 +204,19 @@ def raising_on_signals() -> Iterator[None]:
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[threading.Event]:
+def stop_on_signals() -> Iterator[EndRequest]:
     """Yield an event that a request to end sets (Ctrl-C, SIGTERM, SIGHUP).
 
     Another one, a second later, ends the program.
     """
-    stop = threading.Event()
+    stop = EndRequest()
     first = 0.0
     before = {number: signal.getsignal(number) for number in _requests_to_end()}
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal first
         if not stop.is_set():
-            first = time.monotonic()
+            first, stop.number = time.monotonic(), number
             stop.set()
         elif time.monotonic() - first > SAME:
             signal.signal(number, before[signal.Signals(number)])

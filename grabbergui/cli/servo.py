@@ -217,7 +217,9 @@ def _follow(
             print(f"{name.replace('_', ' ')}: {value:.4g}")
     if outcome.failure:
         print(f"grabbergui: {outcome.failure}", file=sys.stderr)
-    return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
+    # A window that was watched for as long as its user wanted has done all that it was for.
+    wanted = outcome.reached or (window is not None and options.seconds is None)
+    return 0 if wanted and not outcome.failure else EXIT_NOT_REACHED
 
 
 def _window(

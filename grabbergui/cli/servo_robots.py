@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from grabbergui.cli.arguments import opened
 from grabbergui.cli.gui import importing_window
+from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 
@@ -349,7 +350,9 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
         with importing_window("or add --headless"):
             from grabbergui.ui.run import standalone
         grabber.start()
-        choice = standalone.choose_calibration(grabber)
+        with stop_on_signals() as stop:
+            choice = standalone.choose_calibration(grabber, stop=stop)
+            stop.check()
         if choice is not None:
             return choice
     raise UsageError(

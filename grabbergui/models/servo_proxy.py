@@ -127,6 +127,8 @@ class RunnerServer:
         self._confirming = threading.Lock()
         self._last_heartbeat: float | None = None
         self._not_answering = False
+        self.shown = False
+        "Whether the window is there: it has sent a heartbeat."
         self._threads = [
             threading.Thread(target=self._send, name="servo reports", daemon=True),
             threading.Thread(target=self._receive, name="servo requests", daemon=True),
@@ -200,7 +202,7 @@ class RunnerServer:
     # -- requests --------------------------------------------------------------------------------
     def _receive(self) -> None:
         while (request := read(self._from)) is not None:
-            self._last_heartbeat = time.monotonic()
+            self._last_heartbeat, self.shown = time.monotonic(), True
             if request.kind is RequestKind.STOP:
                 # A thread for each stop: a hanging network must not delay a second stop.
                 _start_thread(partial(self._stop, request), "emergency stop")

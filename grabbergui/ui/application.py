@@ -27,7 +27,7 @@ from PyQt5.QtCore import (
     QTranslator,
     qInstallMessageHandler,
 )
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QDialog
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.core.identity import DeviceInfo
@@ -88,14 +88,18 @@ STOP_POLL_MS = 200
 
 @contextmanager
 def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iterator[None]:
-    """Call `close` once an event is set, by a signal or another thread.
+    """Close the dialogs over all windows, then call `close`, once an event is set by a signal or a thread.
 
-    A signal handler must not call it: an exception in it would surface in the middle of painting.
+    A dialog that asks for a file, for instance, would keep the window below it open. A signal handler must
+    not call it: an exception in it would surface in the middle of painting.
     """
 
     def poll() -> None:
         if stop is not None and stop.is_set():
             timer.stop()
+            for window in QApplication.topLevelWidgets():
+                if isinstance(window, QDialog) and window.isVisible() and window.parentWidget() is not None:
+                    window.reject()
             close()
 
     timer = QTimer()

@@ -10,7 +10,9 @@ import threading
 import psutil
 import pytest
 
+from grabbergui.calibration import camera_info
 from grabbergui.calibration.camera_info import CalibrationChoice
+from grabbergui.core.calibration import Calibration
 from grabbergui.models.servo_proxy import CLOSED
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
@@ -84,6 +86,17 @@ def test_a_window_that_hangs_when_the_program_is_to_end_is_no_failure(shown, mon
     assert runner.gate.halted == "interrupted"
 
 
+def test_a_window_that_is_still_starting_holds_up_nobody(monkeypatch):
+    """On a busy machine the program waited five seconds for it, and complained of it."""
+    monkeypatch.setattr(standalone, "WINDOW_PROGRAM", ["-c", "import time; time.sleep(3600)"])
+    monkeypatch.setattr(standalone, "_END_S", 3600)
+    runner, stop = Runner(Dark(), SimRobot(teo.MODEL), lambda frame: None), threading.Event()
+    stop.set()
+    options = standalone._Options(None, None, standalone.Theme.AUTO, False)
+    assert standalone._show_once(runner, closed_loop.calibration().scaled_to, options, stop) == ("", False)
+    assert runner.gate.halted == "interrupted"
+
+
 WIZARD = """
 import threading
 from grabbergui.servo import closed_loop
@@ -96,12 +109,12 @@ from grabbergui.ui.run import standalone
 
 robot, stop = SimRobot(teo.MODEL), threading.Event()
 calibration = closed_loop.calibration().scaled_to
-stand = HandEyeStand(
-    robot, CommandGate(robot, Config()), Config(), SimulatedCameras(robot), calibration, lambda eye: None
-)
+cameras = SimulatedCameras(robot)
+stand = HandEyeStand(robot, CommandGate(robot, Config()), Config(), cameras, calibration, lambda eye: None)
 threading.Timer(1, stop.set).start()
 for _ in range(2):
     print(standalone.hand_eye(stand, stop=stop), flush=True)
+cameras.close()
 """
 
 
@@ -161,9 +174,11 @@ class Dark:
 
 
 def test_a_screenshot_that_cannot_be_written_is_named(tmp_path):
-    path = tmp_path / "folder" / "servo.png"
+    path, calibration = tmp_path / "folder" / "servo.png", tmp_path / "camera.yaml"
+    camera_info.save(Calibration.from_field_of_view(320, 240, 60), calibration)
+    robot = ["--source", "sim:?width=320&height=240&fps=10", "--calibration", calibration]
     program = subprocess.run(
-        [sys.executable, "-m", "grabbergui", "servo", "--seconds", "0.2", "--screenshot", path],
+        [sys.executable, "-m", "grabbergui", "servo", *robot, "--seconds", "0.2", "--screenshot", path],
         env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
         capture_output=True,
         text=True,

@@ -1,10 +1,13 @@
-"""Questions for files, over a window."""
+"""Questions for files, over a window, and the end of both."""
 
+import threading
 from pathlib import Path
 
 import pytest
-from PyQt5.QtWidgets import QFileDialog
+from PyQt5.QtCore import QTimer
+from PyQt5.QtWidgets import QDialog, QFileDialog
 
+from grabbergui.ui.application import closed_by
 from grabbergui.ui.windows import FileDialogs
 
 
@@ -23,3 +26,18 @@ def test_the_question_for_a_folder_begins_at_one_that_exists(monkeypatch, tmp_pa
     assert FileDialogs(None).folder("Folder for recordings", tmp_path / before) is None
 
     assert [Path(place) for place in asked] == [tmp_path / begins]
+
+
+def test_a_signal_closes_a_window_below_a_question_for_a_file(qtbot, tmp_path):
+    """The window waited for the answer: the program ended only with a second signal."""
+    window, stop, answers = QDialog(), threading.Event(), []
+    qtbot.addWidget(window)
+
+    def ask():
+        QTimer.singleShot(0, stop.set)
+        answers.append(FileDialogs(window).to_open("Open", "All (*)", tmp_path))
+
+    QTimer.singleShot(0, ask)
+    with closed_by(stop, window.reject):
+        window.exec_()
+    assert answers == [None]

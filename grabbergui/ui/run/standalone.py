@@ -98,16 +98,19 @@ def calibrate(
     return saved[-1] if saved else None
 
 
-def choose_calibration(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> CalibrationChoice | None:
+def choose_calibration(
+    grabber: FrameGrabber, theme: Theme = Theme.AUTO, stop: threading.Event | None = None
+) -> CalibrationChoice | None:
     """Ask what to do about a camera without a calibration; return the choice, None if there was none.
 
-    The source must stream, because one answer is to calibrate it.
+    The source must stream, because one answer is to calibrate it. Setting `stop` closes the question.
     """
     app = application()
     dress(app, look(theme))
     dialog = CalibrationChoiceDialog(grabber.info.title)
     chooser = CalibrationChooser(dialog, grabber)
-    dialog.exec_()
+    with closed_by(stop, dialog.reject):
+        dialog.exec_()
     dialog.deleteLater()
     return chooser.choice
 
@@ -255,12 +258,14 @@ def _show_once(
     assert process.stdin is not None
     assert process.stdout is not None
     server = RunnerServer(runner, calibration, process.stdin, process.stdout)
+    interrupted = False
     try:
         pickle.dump(options, process.stdin)
         process.stdin.flush()
         server.open()
         while not server.closed.wait(_LOOK_S):
             if stop is not None and stop.is_set():
+                interrupted = True
                 runner.emergency_stop("interrupted")
                 break
     except OSError as error:
@@ -268,25 +273,28 @@ def _show_once(
         runner.emergency_stop(CLOSED)
     finally:
         server.close()
-        status = _end(process)
+        status = _end(process, starting=interrupted and not server.shown)
     failure = f"the window has ended unexpectedly (exit status {status})"
     if status == _UNSAVED:
         failure = f"the screenshot could not be written to {options.screenshot}"
     return "" if status in (0, _HAND_EYE) else failure, status == _HAND_EYE
 
 
-def _end(process: subprocess.Popen[bytes]) -> int:
-    """Close the window by the end of its pipes; return its exit status, 0 if it hung and was killed."""
+def _end(process: subprocess.Popen[bytes], *, starting: bool) -> int:
+    """Close the window by the end of its pipes; return its exit status, 0 if it hung and was killed.
+
+    One that is still `starting`, which takes seconds on a busy computer, is killed at once.
+    """
     assert process.stdin is not None
     assert process.stdout is not None
     # In the background: a report that is being written to a window that hangs holds the pipe.
     closing = threading.Thread(target=_close, args=(process.stdin,), daemon=True)
     closing.start()
     try:
-        process.wait(_END_S)
-        status = process.returncode
+        status = process.wait(0 if starting else _END_S)
     except subprocess.TimeoutExpired:
-        log.warning("the window does not answer, and is ended")
+        if not starting:
+            log.warning("the window does not answer, and is ended")
         process.kill()
         process.wait()
         status = 0
