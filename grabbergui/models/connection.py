@@ -375,7 +375,7 @@ class Connection:
             self.failed.emit(message)
 
     def _report_not_opened(self, message: str) -> None:
-        self._link_messages.not_opened(message)
+        self._link_messages.not_opened(message, lasting=self._source is None)
         self.failed.emit(message)
 
     def _give_up(self, source: OpenSource, message: str) -> None:
@@ -383,11 +383,11 @@ class Connection:
             self.pending_changed.emit(None)
             self._report_not_opened(message)
         elif self._end(source, message):
-            self._report_not_opened(message)
             if source.reopen_on_failure is not None:
                 self._begin(source.reopen_on_failure, start=True, current=True)
             else:
                 self._ensure_current()
+            self._report_not_opened(message)
 
     def _drop(self, pending: OpenSource) -> bool:
         """Release a source if it is still pending. Return whether it was."""

@@ -286,9 +286,10 @@ class LinkMessages:
         elif source.state is not LinkState.LOST:
             self.model.post(Message(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
 
-    def not_opened(self, text: str) -> None:
-        """Post that no source could be opened; the next attempt ends it."""
-        self.model.post(Message(text, Severity.ERROR, cause=Cause.OPENING), seconds=ERROR_SECONDS)
+    def not_opened(self, text: str, *, lasting: bool) -> None:
+        """Post that a source could not be opened; with `lasting`, until the next attempt."""
+        seconds = None if lasting else ERROR_SECONDS
+        self.model.post(Message(text, Severity.ERROR, cause=Cause.OPENING), seconds=seconds)
 
 
 # -- the log -------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.grabber import Access
+from grabbergui.models.messages import Cause
 from patience import PATIENCE, until
 
 
@@ -69,6 +70,28 @@ def test_a_failure_to_open_is_reported_and_the_source_is_closed(bench):
     assert bench.link.wait_closed(PATIENCE)
     assert bench.failures == ["another application holds the camera"]
     assert bench.source.calls == ["open", "open", "close"], "to control it, then to look at it only"
+
+
+def test_why_nothing_is_connected_is_said_until_the_next_attempt(bench):
+    """After 30 s only "Not connected" was left."""
+    bench.source.problem = TransportError("the cable is out")
+    bench.link.connect_to("sim:")
+    until(bench.said)
+    (message,) = bench.link.messages.shown(None)
+    assert (message.cause, message.ends) == (Cause.OPENING, None)
+    bench.source.problem = None
+    bench.link.connect_to("sim:")
+    assert bench.said() == []
+
+
+def test_a_failure_to_open_another_source_is_said_for_a_while(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    bench.source.problem = TransportError("the cable is out")
+    bench.link.connect_to("gige:1.2.3.4")
+    until(bench.said)
+    (message,) = bench.link.messages.shown(bench.link.source)
+    assert message.cause is Cause.OPENING and message.ends is not None
 
 
 def test_a_source_that_does_not_start_stays_open(bench):
