@@ -27,6 +27,7 @@ from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.application import speak
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views import panel_layout
+from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.labels import ElidedComboBox
 
 LEAST_CHOICE = 60
@@ -256,6 +257,44 @@ def test_gathered_panels_are_remembered_where_they_would_be(make_app, on_screen)
     app.until(lambda: not larger.histogramDock.visibleRegion().isEmpty())
     assert larger.dockWidgetArea(larger.sourcesDock) == Qt.LeftDockWidgetArea
     assert larger.dockWidgetArea(larger.histogramDock) == Qt.BottomDockWidgetArea
+
+
+@pytest.mark.parametrize("small", [(800, 600), (638, 360)], ids=["narrow", "gathered"])
+def test_sides_that_a_small_screen_made_narrow_are_as_wide_as_before_on_a_large_one(
+    make_app, on_screen, small
+):
+    def sides(window):
+        return [window.sourcesDock, window.featuresDock]
+
+    def widths(window):
+        return [dock.width() for dock in sides(window)]
+
+    on_screen(1900, 1000)
+    window = make_app().window
+    window.resize(1280, 800)
+    QTest.qWait(2 * panel_layout.SETTLING_MS)
+    window.resizeDocks(sides(window), [300, 400], Qt.Horizontal)
+    QTest.qWait(2 * panel_layout.SETTLING_MS)
+    assert widths(window) == [300, 400]
+    on_screen(*small)
+    window.resize(*small)
+    QTest.qWait(2 * panel_layout.SETTLING_MS)
+    assert widths(window) != [300, 400]
+    kept = window.saveState()
+    on_screen(1900, 1000)
+    larger = MainWindow()
+    larger.resize(1280, 800)
+    assert larger.restoreState(kept)
+    larger.show()
+    QTest.qWait(2 * panel_layout.SETTLING_MS)
+    assert widths(larger) == [300, 400]
+    assert larger.restoreState(kept), "as for a camera that is opened later"
+    QTest.qWait(2 * panel_layout.SETTLING_MS)
+    assert widths(larger) == [300, 400]
+    assert larger.restoreState(kept.replace(b"300 400", b"99999999999 x")), "a damaged one"
+    QTest.qWait(2 * panel_layout.SETTLING_MS)
+    assert sum(widths(larger)) < 700
+    larger.close()
 
 
 def test_the_address_and_the_filter_come_to_the_front(app, on_screen):

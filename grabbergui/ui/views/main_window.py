@@ -40,6 +40,8 @@ from grabbergui.ui.windows import MenuKeys, give_focus, load_form, screen_room, 
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."
+SIDE_WIDTHS = b"\nwidths of the sides: "
+"Separates Qt's state of the docks from the widths that they have where there is room."
 TOOLS_HEIGHT = 210
 "Initial height of the panels below the image."
 
@@ -229,14 +231,19 @@ class MainWindow(QMainWindow):
         return give_focus([each for each in regions if each not in behind], focused, forward=forward)
 
     def saveState(self, version: int = 0) -> QByteArray:
-        """Return where the docks are, or where they would be on a larger screen."""
+        """Return where the docks are, and how wide, or where they would be in a larger window."""
         with self._panels.in_their_places():
-            return super().saveState(version)
+            places = super().saveState(version)
+        return places + SIDE_WIDTHS + " ".join(map(str, self._panels.side_widths)).encode()
 
     def restoreState(self, state: QByteArray | bytes | bytearray, version: int = 0) -> bool:
         """Arrange the docks as before; on a small screen, behind each other."""
+        places, _, widths = bytes(state).partition(SIDE_WIDTHS)
         with self._panels.in_their_places():
-            return super().restoreState(state, version)
+            restored = super().restoreState(places, version)
+        if restored:
+            self._panels.side_widths = [int(width) for width in widths.split() if width.isdigit()]
+        return restored
 
     def setTheme(self, theme: Theme) -> None:
         """Mark the chosen theme."""

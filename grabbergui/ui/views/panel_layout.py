@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 
 from PyQt5.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PyQt5.QtGui import QResizeEvent
-from PyQt5.QtWidgets import QDockWidget, QMainWindow, QStyle, QTabBar, QToolBar, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QDockWidget, QMainWindow, QStyle, QTabBar, QToolBar, QWidget
 
 from grabbergui.ui.views.favourites import FavouritesArea
 from grabbergui.ui.views.gallery import Gallery
@@ -58,6 +58,8 @@ class PanelLayout(QObject):
         self._tools = (parts.focusDock, parts.histogramDock)
         self._widths: dict[QDockWidget, int] = {}
         "Widths of the panels at the sides, as the user left them."
+        self._restored: dict[QDockWidget, int] = {}
+        "Such widths of a saved arrangement, until the window is laid out."
         self._settled_width = -1
         "Of the window, once its panels are laid out in it."
         self._squeezed: list[QWidget] = []
@@ -103,7 +105,23 @@ class PanelLayout(QObject):
             self._unsettle()
         QTimer.singleShot(0, self.make_room_for_image)
 
+    @property
+    def side_widths(self) -> list[int]:
+        """Widths of the panels at the sides where there is room for them; 0 is unknown."""
+        return [self._widths.get(dock, 0) for dock in self._sides]
+
+    @side_widths.setter
+    def side_widths(self, widths: list[int]) -> None:
+        known = zip(self._sides, widths, strict=False)
+        self._restored = {dock: width for dock, width in known if 0 < width < QWIDGETSIZE_MAX}
+        if self._window.isVisible():
+            self._unsettle()
+            QTimer.singleShot(0, self._widen_sides)
+            QTimer.singleShot(0, self.make_room_for_image)
+
     def _widen_sides(self) -> None:
+        self._widths |= self._restored
+        self._restored = {}
         narrow = {dock: width for dock, width in self._widths.items() if dock.width() < width}
         self._resize_sides(narrow)  # it may still be too narrow
 
