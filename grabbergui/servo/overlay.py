@@ -1,41 +1,44 @@
 """Overlays of the image: markers with their axes, heads, the deadband in the middle, the target.
 
 `drawing` returns them as lines and labels in the image's pixels, which a window paints itself; `draw` paints
-them into the image, for videos.
+them into the image, for videos. Windows without a robot draw with it, too, so the loop is not imported.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grabbergui.calibration.markers import MarkerDetection
-from grabbergui.core.calibration import Calibration
-from grabbergui.servo.config import HeadConfig
-from grabbergui.servo.detection import FaceDetection, Sighting
-from grabbergui.servo.loop import ControlCycle
-from grabbergui.servo.state_machine import State
+if TYPE_CHECKING:
+    from grabbergui.calibration.markers import MarkerDetection
+    from grabbergui.core.calibration import Calibration
+    from grabbergui.servo.config import HeadConfig
+    from grabbergui.servo.detection import FaceDetection, Sighting
+    from grabbergui.servo.loop import ControlCycle
+    from grabbergui.servo.state_machine import State
 
 Image = NDArray[np.uint8]
 Points = NDArray[np.float64]
 Colour = tuple[int, int, int]
 "Red, green, blue."
 
-_COLOURS: dict[State, Colour] = {
-    State.SEARCHING: (150, 150, 150),
-    State.CENTRING: (240, 180, 40),
-    State.WAITING: (80, 160, 250),
-    State.APPROACHING: (250, 140, 30),
-    State.FOLLOWING: (60, 190, 190),
-    State.REACHED: (60, 200, 90),
-    State.STUCK: (170, 110, 50),
-    State.LOST: (200, 80, 200),
-    State.STOPPED: (230, 50, 50),
+_COLOURS: dict[str, Colour] = {
+    "SEARCHING": (150, 150, 150),
+    "CENTRING": (240, 180, 40),
+    "WAITING": (80, 160, 250),
+    "APPROACHING": (250, 140, 30),
+    "FOLLOWING": (60, 190, 190),
+    "REACHED": (60, 200, 90),
+    "STUCK": (170, 110, 50),
+    "LOST": (200, 80, 200),
+    "STOPPED": (230, 50, 50),
 }
+"By the name of the state."
 AXIS_COLOURS: tuple[Colour, Colour, Colour] = ((230, 50, 50), (60, 200, 90), (70, 110, 250))
 "Colours of x, y and z, as usual in robotics."
 GOOD, BAD, PERSON, MIDDLE = (60, 200, 90), (230, 50, 50), (80, 160, 250), (255, 255, 255)
@@ -77,7 +80,7 @@ class Drawing:
 
 def colour_of(state: State) -> Colour:
     """Return a state's red, green, blue, the same in overlay and plots."""
-    return _COLOURS[state]
+    return _COLOURS[state.name]
 
 
 def drawing(

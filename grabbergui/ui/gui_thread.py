@@ -5,12 +5,14 @@ from __future__ import annotations
 import gc
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from psygnal import SignalInstance
 from PyQt5 import sip
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QGuiApplication
 
 
 class Bridge(QObject):
@@ -58,6 +60,16 @@ class Bridge(QObject):
     def _run(self, function: Callable[[], None]) -> None:
         if self._open:
             function()
+
+
+@contextmanager
+def busy() -> Iterator[None]:
+    """Show the waiting cursor while the block keeps the GUI thread."""
+    QGuiApplication.setOverrideCursor(Qt.CursorShape.WaitCursor)
+    try:
+        yield
+    finally:
+        QGuiApplication.restoreOverrideCursor()
 
 
 TURN = 0.008

@@ -25,6 +25,10 @@ def cycle(off_centre=(math.nan, math.nan), state=State.CENTRING):
     return ControlCycle(1.0, state, "", Command(), off_centre, (0.05, 0.1), None)
 
 
+def test_each_state_has_a_colour_of_its_own():
+    assert len({overlay.colour_of(state) for state in State}) == len(State)
+
+
 def strokes_of(drawing, colour):
     return [stroke for stroke in drawing.strokes if stroke.colour == colour]
 

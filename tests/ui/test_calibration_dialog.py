@@ -1,5 +1,7 @@
 """The calibration dialog on a camera that renders a board, and as the main window opens it."""
 
+import subprocess
+import sys
 import threading
 
 import cv2
@@ -17,9 +19,10 @@ from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver.sim.rendered_scene import MOVE_S, REST_S, BoardScene, holds, pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
+from grabbergui.ui.controllers import calibration
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
 from grabbergui.ui.views.calibration_dialogs import CalibrationDialog, Step
-from patience import PATIENCE
+from patience import PATIENCE, PROGRAM
 
 MONO = by_name("Mono8")
 SETTINGS = FrameSettings(
@@ -332,3 +335,20 @@ def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(app):
     app.program.connection.disconnect()
     app.until(lambda: opener.dialog is None and not window.actionCalibrate.isEnabled())
     app.until(lambda: "calibrating" not in {thread.name for thread in threading.enumerate()})
+
+
+def test_a_menu_imports_the_dialog_while_its_user_looks_for_the_entry(app, monkeypatch):
+    """The import kept the window for a third of a second, on a busy computer for one."""
+    imported = []
+    monkeypatch.setattr(calibration, "import_module", imported.append)
+    app.window.menuTools.aboutToShow.emit()
+    app.until(lambda: imported == [CalibratingController.__module__])
+
+
+def test_the_dialog_imports_nothing_of_a_robots_loop():
+    program = (
+        "import sys, grabbergui.ui.controllers.calibration_dialogs;"
+        "print(*(name for name in sys.modules if name.startswith('grabbergui.servo.')))"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PROGRAM)
+    assert run.stdout.split() == ["grabbergui.servo.overlay"], run.stderr

@@ -1,17 +1,19 @@
 """The calibration of the current camera: made in a dialog, loaded, shown in the image.
 
-The dialog, and what it needs of `servo`, is imported when it is opened, so that the window starts without.
+The dialog, and all that it needs, is imported when it is about to be opened: the window starts without.
 """
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QAction, QWidget
+from PyQt5.QtWidgets import QAction, QMenu, QWidget
 
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
@@ -21,7 +23,7 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
-from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.gui_thread import Bridge, busy
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ImageView
 from grabbergui.ui.windows import set_available
 
@@ -30,8 +32,14 @@ if TYPE_CHECKING:
     from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 
 
+_DIALOG = "grabbergui.ui.controllers.calibration_dialogs"
+
+
 class CalibrationOpener(QObject):
-    """Opens the calibration dialog for the current source, and closes it with that source."""
+    """Opens the calibration dialog for the current source, and closes it with that source.
+
+    A menu with its action imports the dialog in the background, while its user looks for the entry.
+    """
 
     saved = pyqtSignal(Path)
     """A calibration of the current source was written."""
@@ -45,6 +53,9 @@ class CalibrationOpener(QObject):
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         bridge.bind(connection.closing, self._on_connection_closing)
         action.triggered.connect(self.open)
+        for menu in action.associatedWidgets():
+            if isinstance(menu, QMenu):
+                menu.aboutToShow.connect(self._import)
         self._on_connection_state_changed(connection.state, "")
 
     @property
@@ -59,8 +70,9 @@ class CalibrationOpener(QObject):
             self.dialog.raise_()
             self.dialog.activateWindow()
         elif source is not None and source.grabber is not None:
-            from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
-            from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
+            with busy():
+                from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
+                from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 
             dialog = CalibrationDialog(self._window)
             dialog.closing.connect(self._on_dialog_closing)
@@ -72,6 +84,9 @@ class CalibrationOpener(QObject):
         """Close the dialog if it is open."""
         if self.dialog is not None:
             self.dialog.reject()
+
+    def _import(self) -> None:
+        threading.Thread(target=import_module, args=(_DIALOG,), name="calibration", daemon=True).start()
 
     def _on_dialog_closing(self) -> None:
         self._controller = self._source = None
