@@ -212,8 +212,8 @@ class Collector:
         chosen = sorted(set(range(len(self.views))) - set(left_out) if used is None else set(used))
         if len(chosen) < FEWEST_VIEWS or self._size is None:
             raise CalibrationError(
-                f"{len(chosen)} different views of the board are too few, at least {FEWEST_VIEWS} are "
-                "needed; show it near and far, in every corner, and tilted"
+                f"calibration needs {FEWEST_VIEWS} different views of the board or more, not {len(chosen)}; "
+                "show it near and far, in every corner, and tilted"
             )
         result = self._fit(chosen, self._size, camera_name)
         if used is None:

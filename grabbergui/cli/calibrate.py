@@ -163,7 +163,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
         print(
             f"show the {options.board} board ({options.columns}×{options.rows} squares of "
             f"{options.square:g} m) to {grabber.info.title} and hold it still; "
-            f"{collector.wanted} different views are wanted, within {options.seconds:g} s",
+            f"different views wanted: {collector.wanted}, within {options.seconds:g} s",
             flush=True,
         )
         said = time.monotonic()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli import PartialResultError
-from grabbergui.cli.arguments import add_source, opened
+from grabbergui.cli.arguments import add_source, counted, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError
@@ -234,7 +234,7 @@ def _save(options: argparse.Namespace) -> int:
         return 0
     for text in features.left_out:
         print(f"left out {text}")
-    print(f"saved {len(features)} settings to {options.file}")
+    print(f"saved {counted(len(features), 'setting')} to {options.file}")
     return 0
 
 

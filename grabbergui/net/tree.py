@@ -225,7 +225,7 @@ class TreeService:
             raise UsageError(f"'{verb}' is not a verb; use one of {known}")
         count, action = self._verbs[verb]
         if count not in (_ANY, len(arguments)):
-            raise UsageError(f"{verb} takes {count} arguments, not {len(arguments)}")
+            raise UsageError(f"wrong number of arguments of {verb}: {len(arguments)}, not {count}")
         return action(*arguments)
 
     def close(self) -> None:

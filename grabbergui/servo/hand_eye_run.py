@@ -146,7 +146,7 @@ class HandEyeRun:
         not answer.
         """
         if wanted < FEWEST_VIEWS:  # before the robot moves for nothing
-            raise UsageError(f"{wanted} views are too few; hand–eye calibration needs {FEWEST_VIEWS} or more")
+            raise UsageError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {wanted}")
         self._wanted = wanted
         start = self._state()
         if self._eye != "head" and start.arm is None:

@@ -224,7 +224,7 @@ class Interpreter:
         features = feature_set.capture(self._grabber)
         files.save(features, path)
         left_out = [f"left out {text}" for text in features.left_out]
-        return "\n".join([*left_out, f"saved {len(features)} settings to {path}"])
+        return "\n".join([*left_out, f"saved {path} (settings: {len(features)})"])
 
     def _load(self, file: str) -> str:
         path = self._folder / expanded(file)

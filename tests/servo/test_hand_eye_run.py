@@ -93,7 +93,7 @@ def test_a_target_that_is_not_seen_is_asked_for_before_anything_moves():
 
 def test_too_few_views_are_refused_before_anything_moves():
     bench = Bench("head")
-    with pytest.raises(UsageError, match="4 views are too few; hand–eye calibration needs 5 or more"):
+    with pytest.raises(UsageError, match="hand–eye calibration needs 5 views or more, not 4"):
         bench.run.run(4)
     assert not bench.said and not bench.gate.sent
 
