@@ -6,6 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QAbstractSlider, QAbstractSpinBox, QLineEdit
 from sample_features import AUTO, COMMAND, EXPOSURE, MODE, WIDTH, A, K, R, feature
 
 from grabbergui.core.features import Feature
@@ -107,7 +108,7 @@ def test_typing_holds_the_row(row, qtbot):
 anything = st.one_of(
     st.none(), st.booleans(), st.integers(-(2**64), 2**64), st.floats(), st.text(max_size=5), st.just("On")
 )
-bound = st.one_of(st.none(), st.integers(-(2**64), 2**64), st.floats(allow_nan=False))
+bound = st.one_of(st.none(), st.integers(-(2**64), 2**64), st.floats())
 features = st.builds(
     Feature,
     name=st.just("Odd"),
@@ -136,3 +137,36 @@ def test_no_feature_however_odd_breaks_its_row_or_is_written(qtbot, oddities):
         made.setFeature(odd)
         assert made.isEnabled(), "an exception disabled the row, see the log"
     assert reported == []
+
+
+whole, fraction = st.one_of(st.none(), st.integers(-(2**63), 2**63 - 1)), st.one_of(st.none(), st.floats())
+numbers = st.one_of(
+    st.builds(
+        Feature,
+        name=st.just("Odd"),
+        kind=st.just(kind),
+        value=number,
+        minimum=number,
+        maximum=number,
+        increment=number,
+        representation=st.sampled_from(R),
+    )
+    for kind, number in ((K.INTEGER, whole), (K.FLOAT, fraction))
+)
+KEYS = (Qt.Key_Up, Qt.Key_PageDown, Qt.Key_Home, Qt.Key_End, Qt.Key_5, Qt.Key_Return)
+
+
+@given(numbers, st.lists(st.sampled_from(KEYS), min_size=1, max_size=4))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_no_range_however_odd_breaks_a_number_that_is_edited(qtbot, odd, keys):
+    made = FeatureRow(odd)
+    made.setFeature(odd)
+    qtbot.addWidget(made)
+    made.show()
+    kinds = (QAbstractSpinBox, QAbstractSlider, QLineEdit)
+    with qtbot.capture_exceptions() as faults:
+        for control in (each for kind in kinds for each in made.findChildren(kind) if each.isVisible()):
+            for key in keys:
+                qtbot.keyClick(control, key)
+    made.close()
+    assert not faults
