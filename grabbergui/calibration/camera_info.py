@@ -14,6 +14,7 @@ import logging
 import re
 from collections.abc import Callable
 from functools import partial
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -262,15 +263,19 @@ def parse(text: str, where: str = "calibration") -> Calibration:
     matrix = _numbers(values, "camera_matrix", where)
     if matrix.shape != (3, 3):
         raise UsageError(f"{where}: camera_matrix is {matrix.shape}, not 3×3")
+    width, height = (_size(values, key, where) for key in ("image_width", "image_height"))
+    rectification, projection = (
+        _optional(values, key, where) for key in ("rectification_matrix", "projection_matrix")
+    )
     try:
         return Calibration(
-            _size(values, "image_width", where),
-            _size(values, "image_height", where),
+            width,
+            height,
             matrix,
             coefficients,
             _text(values, "camera_name", "camera"),
-            rectification=given_rectification(_optional(values, "rectification_matrix", where)),
-            rectified=given_projection(_optional(values, "projection_matrix", where)),
+            rectification=given_rectification(rectification),
+            rectified=given_projection(projection),
             camera_model=_text(values, "camera_model", ""),
             camera_serial=_text(values, "camera_serial", ""),
         )
@@ -362,8 +367,15 @@ _Dumper.add_representer(list, _in_brackets)
 _Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_map)
 
 
+_BRACKETS = {"[": 1, "{": 1, "]": -1, "}": -1}
+_MOST_BRACKETS = 20
+"Brackets within brackets that a file may have; PyYAML takes seconds until it gives up thousands."
+
+
 def read_yaml(text: str, where: str) -> dict[str, Any]:
     """Return the mapping in a text, or an empty one. Raises UsageError with the line."""
+    if max(accumulate(_BRACKETS.get(sign, 0) for sign in text), default=0) > _MOST_BRACKETS:
+        raise UsageError(f"{where} is no YAML of a calibration: its brackets are nested too deeply")
     try:
         values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
     except yaml.MarkedYAMLError as error:

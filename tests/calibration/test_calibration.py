@@ -126,6 +126,7 @@ def test_a_broken_file_is_refused_with_what_is_wrong(old, new, complaint):
     with pytest.raises(UsageError, match=r"left\.yaml") as caught:
         camera_info.parse(OTHERS.replace(old, new, 1), "left.yaml")
     assert complaint in str(caught.value)
+    assert str(caught.value).count("left.yaml") == 1
 
 
 @given(st.text(alphabet=st.characters(codec="utf-8"), max_size=200))

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
+from patience import attempts
 
 NAMES = [
     "cam #2", "Bob's", 'the "left" one', r"C:\new", "two  blanks", "", " ", "on", "No", "12", "-", "é[1]",
@@ -134,6 +135,14 @@ KALIBR = """cam0:
 def test_what_is_no_camera_info_is_told_from_a_broken_one(text, problem):
     with pytest.raises(UsageError, match=problem):
         camera_info.parse(text, "c.yaml")
+
+
+@pytest.mark.parametrize("bracket", ["[", "{", "[1,"])
+def test_thousands_of_brackets_are_refused_at_once(bracket):
+    """The window stood still for five seconds."""
+    for watch in attempts(0.2):
+        with watch, pytest.raises(UsageError, match="brackets are nested too deeply"):
+            camera_info.parse(bracket * 20_000, "c.yaml")
 
 
 def test_aliases_cannot_make_it_huge():
