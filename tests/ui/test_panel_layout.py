@@ -102,6 +102,18 @@ def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_t
     app.until(lambda: [dock.width() for dock in sides] == before)
 
 
+def test_the_width_of_a_floating_panel_is_not_the_one_that_it_has_at_the_side(app):
+    window = app.window
+    app.qtbot.wait(2 * SETTLING_MS)
+    before = window._panels.side_widths
+    window.featuresDock.setFloating(True)
+    app.qtbot.wait(2 * SETTLING_MS)
+    window.featuresDock.resize(555, 500)
+    app.qtbot.wait(2 * SETTLING_MS)
+    assert window.featuresDock.width() == 555
+    assert window._panels.side_widths == before
+
+
 @pytest.mark.parametrize("share", [0.05, 0.95])
 def test_panels_beside_each_other_cannot_be_dragged_narrower_than_their_controls(app, share):
     window = app.window

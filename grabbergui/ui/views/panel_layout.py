@@ -91,7 +91,7 @@ class PanelLayout(QObject):
             self._follow_window(event.oldSize(), event.size())
         elif watched is centre or watched in self._tools:
             QTimer.singleShot(0, self._keep_tools_usable)
-        elif isinstance(watched, QDockWidget) and rests:
+        elif isinstance(watched, QDockWidget) and rests and not watched.isFloating():
             self._widths[watched] = watched.width()
         return False
 
