@@ -338,17 +338,17 @@ class Block(PacketAccount):
         """Return the trailer's packet id, or an upper bound until leader or trailer determine it."""
         if self.trailer_id is not None:
             return self.trailer_id
-        packets = self.payload_packets()
-        if packets is None and self.leader is not None and self.leader.payload_bytes:
-            # Each packet has a header of its own, and a part begins with a packet.
-            size = max(self.layout.stride - GendcPosition.FORMAT.size, 1)
-            length = min(self.leader.payload_bytes, self.layout.payload_size)
-            packets = -(-length // size) + len(self.leader.parts)
-        most = self.layout.max_payload_packets
-        if packets is None and self.leader is not None and not self.leader.is_image:
-            # Data of any length, such as chunks or a compressed image: look a little beyond what arrived.
-            packets = min(most, max(self.highest + TAIL, -(-self.leader.size // self.layout.stride)))
-        return (most if packets is None else packets) + 1
+        packets, leader, stride = self.payload_packets(), self.leader, self.layout.stride
+        if packets is None:
+            packets = self.layout.max_payload_packets
+            if leader is not None and leader.payload_bytes:
+                # Each packet has a header of its own, and a part begins with a packet.
+                length = min(leader.payload_bytes, self.layout.payload_size)
+                packets = -(-length // max(stride - GendcPosition.FORMAT.size, 1)) + len(leader.parts)
+            elif leader is not None and not leader.is_image:
+                # Data of any length, such as chunks or a compressed image: look a little beyond what arrived.
+                packets = min(packets, max(self.highest + TAIL, -(-leader.size // stride)))
+        return packets + 1
 
     def all_received(self) -> bool:
         """Return whether the block is complete; a trailer without information of its own may be missing."""
