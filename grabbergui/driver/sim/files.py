@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -150,13 +149,10 @@ _FAILED: _Outcome = FileOperationStatus.FAILURE, 0
 class FileControl:
     """The registers of FileAccessControl. The caller holds the camera's lock."""
 
-    def __init__(self, memory: RegisterMemory, store: FileStore) -> None:
+    def __init__(self, memory: RegisterMemory, store: FileStore, table: LookUpTable) -> None:
         self._memory = memory
         self.store = store
-        self.on_open: Callable[[File], None] = lambda file: None
-        "Called before a file is opened."
-        self.on_stored: Callable[[File], None] = lambda file: None
-        "Called after a file was replaced or deleted from outside."
+        self._table = table
         self._open: dict[File, FileOpenMode] = {}
         self._staged: dict[File, bytearray] = {}
         "Data to be stored when the file is closed."
@@ -190,7 +186,8 @@ class FileControl:
 
     def _open_file(self, file: File) -> _Outcome:
         mode = FileOpenMode(self._memory.integer(reg.FILE_OPEN_MODE))
-        self.on_open(file)
+        if file is File.LUT_LUMINANCE:
+            self._table.save()
         wear = _FILE_KINDS[file].wear
         if mode is not FileOpenMode.READ:
             if wear is Wear.READ_ONLY:
@@ -220,8 +217,7 @@ class FileControl:
             )
             return _FAILED
         self.store.replace(file, self.store.content(file) if staged is None else bytes(staged))
-        self.store.note(f"{_FILE_KINDS[file].name} was written: {len(self.store.content(file))} bytes")
-        self.on_stored(file)
+        self._note_stored(file, f"was written: {len(self.store.content(file))} bytes")
         return _SUCCEEDED
 
     def _read(self, file: File) -> _Outcome:
@@ -250,9 +246,13 @@ class FileControl:
         if _FILE_KINDS[file].wear is not Wear.IN_PLACE or file in self._open:
             return _FAILED
         self.store.replace(file, b"")
-        self.store.note(f"{_FILE_KINDS[file].name} was deleted")
-        self.on_stored(file)
+        self._note_stored(file, "was deleted")
         return _SUCCEEDED
+
+    def _note_stored(self, file: File, what: str) -> None:
+        self.store.note(f"{_FILE_KINDS[file].name} {what}")
+        if file is File.LUT_LUMINANCE:
+            self._table.load()
 
     def _range(self) -> tuple[int, int]:
         """Return FileAccessOffset and FileAccessLength."""

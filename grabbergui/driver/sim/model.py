@@ -58,9 +58,6 @@ class FramePlan:
     payload_bytes: int
 
 
-_LUT = reg.File.LUT_LUMINANCE
-
-
 class CameraModel:
     """Registers that act, and frames that obey them.
 
@@ -105,10 +102,7 @@ class CameraModel:
         for register, value in (power_on or {}).items():
             self.memory.set(register, value)
         self.files = files or FileStore()
-        self._file_control = FileControl(self.memory, self.files)
-        self._look_up_table = LookUpTable(self.memory, self.files)
-        self._file_control.on_open = lambda file: self._look_up_table.save() if file is _LUT else None
-        self._file_control.on_stored = lambda file: self._look_up_table.load() if file is _LUT else None
+        self._file_control = FileControl(self.memory, self.files, LookUpTable(self.memory, self.files))
         self._update_geometry()
         self._user_sets = UserSets(self.memory, self.files)
         self._show_firmware()
