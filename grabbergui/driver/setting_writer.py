@@ -57,9 +57,9 @@ class SettingsMemory:
         return self._settings
 
     @property
-    def regulated_once(self) -> list[str]:
-        """Automatic modes that were set to Once, and will switch themselves off."""
-        return [key.name for key, value in self._settings.items() if value == AUTO_ONCE]
+    def regulated_once(self) -> list[SettingKey]:
+        """Automatic modes and the like that were set to Once, and will switch themselves off."""
+        return [key for key, value in self._settings.items() if value == AUTO_ONCE]
 
     def note(self, key: SettingKey, value: FeatureValue) -> None:
         """Remember a value, unless it is of a file's transfer; the last change is set again last."""
@@ -229,12 +229,16 @@ class SettingWriter:
                 yield from names
 
     def notice_regulated_once(self) -> None:
-        """Remember the values that a mode found which was set to Once and has switched itself off."""
-        for mode in self.memory.regulated_once:
-            self._nodes.invalidate(frozenset({mode}))
-            if self._nodes.value(mode) == AUTO_OFF:
-                self.memory.note(self._key(mode), AUTO_OFF)
-                self._note_regulated(mode)
+        """Remember the values that a mode found which was set to Once and has switched itself off.
+
+        One that its selectors do not show at the moment is noticed once they do.
+        """
+        for key in self.memory.regulated_once:
+            self._nodes.invalidate(frozenset({key.name}))
+            if self._nodes.value(key.name) == AUTO_OFF and self._key(key.name) == key:
+                self.memory.note(key, AUTO_OFF)
+                if key.name in self._regulated_by:  # EventNotification regulates nothing
+                    self._note_regulated(key.name)
 
     def _key(self, name: str) -> SettingKey:
         return self._target(name).key or self._grabber.setting(name)

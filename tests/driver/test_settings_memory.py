@@ -3,6 +3,7 @@
 import os
 import queue as queue_module
 import random
+from contextlib import closing
 
 import pytest
 
@@ -10,8 +11,11 @@ from grabbergui import sources
 from grabbergui.core.errors import DeviceStatusError, FeatureError
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.setting_writer import SettingsMemory
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.device import create_device
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
@@ -130,6 +134,28 @@ def test_what_the_camera_found_by_itself_stays_when_its_mode_goes_off(sim):
 
     assert sim.camera.feature("ExposureAuto").value == "Off"
     assert sim.camera.feature("ExposureTime").value == pytest.approx(found)
+
+
+def test_a_notification_that_was_on_once_is_off_when_its_event_has_come():
+    """SFNC: EventNotification has the entry Once, too, and is no automatic mode."""
+    device = create_device(SourceUri("sim"))
+    before, notification = device.description().split(b'<Enumeration Name="EventNotification"')
+    xml = before + b'<Enumeration Name="EventNotification"' + notification.replace(b'"On"', b'"Once"', 1)
+    device.description = lambda: xml
+    with closing(Camera(device)) as camera:
+        camera.open()
+        first, second = (
+            SettingKey("EventNotification", (("EventSelector", event),)) for event in ("FrameStart", "Test")
+        )
+        camera.write_setting(first, "Once")
+        camera.write_setting(second, "Once")
+        remembered = camera._writes().memory.settings
+        device.model.memory.set(reg.EVENT_NOTIFICATION[reg.Event.FRAME_START], 0)
+        until(lambda: remembered[first] == "Off", "the end of the notification")
+        assert remembered[second] == "Once"
+        camera.write_feature("EventSelector", "Test")
+        device.model.memory.set(reg.EVENT_NOTIFICATION[reg.Event.TEST], 0)
+        until(lambda: remembered[second] == "Off", "the end of the other, by the same thread")
 
 
 def test_what_is_hidden_at_the_moment_is_set_too(sim):
