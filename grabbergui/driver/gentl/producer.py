@@ -334,7 +334,8 @@ class GentlStream:
 
     def _queue_free(self) -> None:
         while self._free:
-            self._stream.queue_buffer(self._buffers[self._free.popleft()])
+            self._stream.queue_buffer(self._buffers[self._free[0]])
+            self._free.popleft()  # not before: the producer may refuse it for the moment
 
     def _take(self, buffer: Any) -> Frame | None:
         """Return a filled buffer as a frame; None, and free the buffer, if it makes none."""

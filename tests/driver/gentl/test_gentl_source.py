@@ -278,3 +278,23 @@ def test_no_buffer_is_lost_where_the_producer_fails(grabber, monkeypatch):
     queue = grabber.open_queue(1)
     grabber.start()
     assert queue.get(PATIENCE).complete
+
+
+def test_a_buffer_that_the_producer_does_not_take_is_offered_again(grabber, monkeypatch):
+    queue_buffer = producer.gentl.DataStream.queue_buffer
+    failures = []
+
+    def failing(self, buffer):
+        if len(failures) < BUFFERS + 2:
+            failures.append(buffer)
+            raise producer.gentl.GenericException("failed (ID: -1001)")
+        queue_buffer(self, buffer)
+
+    queue = grabber.open_queue(1)
+    grabber.start()
+    queue.get(PATIENCE)
+    monkeypatch.setattr(producer.gentl.DataStream, "queue_buffer", failing)
+    monkeypatch.setattr(producer, "ERRORS_IN_A_ROW", 10_000)
+    until(lambda: len(failures) == BUFFERS + 2, "the last failure")
+    queue.clear()
+    assert queue.get(PATIENCE).complete
