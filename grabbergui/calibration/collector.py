@@ -212,7 +212,7 @@ class Collector:
         chosen = sorted(set(range(len(self.views))) - set(left_out) if used is None else set(used))
         if len(chosen) < FEWEST_VIEWS or self._size is None:
             raise CalibrationError(
-                f"calibration needs {FEWEST_VIEWS} different views of the board or more, not {len(chosen)}; "
+                f"calibration needs at least {FEWEST_VIEWS} different views of the board, not {len(chosen)}; "
                 "show it near and far, in every corner, and tilted"
             )
         result = self._fit(chosen, self._size, camera_name)

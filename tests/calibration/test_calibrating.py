@@ -81,7 +81,7 @@ def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
     assert collector.look(np.zeros((HEIGHT, WIDTH), np.uint8)) is not Verdict.KEPT
     assert collector.look(image(texture("charuco"), at(2.5, 0, 0))) is not Verdict.KEPT
-    with pytest.raises(CalibrationError, match="views of the board or more, not 0"):
+    with pytest.raises(CalibrationError, match="views of the board, not 0"):
         collector.solve()
 
 
@@ -98,7 +98,7 @@ def test_a_view_that_fits_badly_is_left_out():
     assert result.error_of(4) > 5 > 10 * max(result.error_of(number) for number in (3, 5))
     chosen = collector.solve(used=[*range(4), *range(5, 12)])
     assert np.isfinite(chosen.errors).sum() == 11
-    with pytest.raises(CalibrationError, match="views of the board or more, not 3"):
+    with pytest.raises(CalibrationError, match="views of the board, not 3"):
         collector.solve(used=[0, 1, 2, 2])
 
 
