@@ -296,7 +296,7 @@ _SPARSE = 16
 "Every so many rows are compared first, as they nearly always differ."
 _NOISE = 0.5
 "Share of pixels that a sensor's noise changes from image to image, at least; a moving person changes fewer."
-_NOISY = 10
+_NOISY = 3
 "So many images in a row with noise show that the camera has some."
 _RESTING = math.radians(0.5)
 "Largest motion of a joint of a head at rest: readings scatter."
