@@ -312,7 +312,12 @@ def read_feature(data: object) -> Feature:
     """Return a Feature out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
     entries = tuple(_built(EnumEntry, entry) for entry in _array(table.get("entries", [])))
-    return _built(Feature, {**table, "entries": entries})
+    feature = _built(Feature, {**table, "entries": entries})
+    if feature.kind is FeatureKind.INTEGER:
+        for number in (feature.value, feature.minimum, feature.maximum, feature.increment):
+            if isinstance(number, float) and not number.is_integer():
+                raise RemoteProtocolError(f"{feature.name} is an integer, but the reply has {number}")
+    return feature
 
 
 def read_write_result(data: object) -> WriteResult:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -138,6 +139,8 @@ def test_fields_of_a_newer_peer_are_ignored() -> None:
         {"name": "X", "kind": "float", "access": "RW", "display_name": None},
         {"name": "X", "kind": "float", "access": "RW", "auto": 1},
         {"name": "X", "kind": "float", "access": "RW", "pauses_stream": "yes"},
+        {"name": "X", "kind": "integer", "access": "RW", "value": math.inf},
+        {"name": "X", "kind": "integer", "access": "RW", "value": 1, "maximum": math.nan},
         {"name": "X", "kind": "string", "access": "RW", "maximum_length": 1.5},
         {"name": "X", "kind": "enumeration", "access": "RW", "entries": [{"name": "A", "tooltip": 1}]},
     ],
