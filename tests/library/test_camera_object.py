@@ -11,7 +11,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,21 +18,11 @@ import numpy as np
 import pytest
 
 import grabbergui
-from fakes import ScriptedGrabber
-from grabbergui.core.errors import FeatureAccessError, PixelFormatError, UsageError
-from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.library import features
+from grabbergui.core.errors import FeatureAccessError, UsageError
 from grabbergui.library.features import attribute_name
 from patience import PATIENCE, PROGRAM, until
 
-ADDRESS = "127.20.1.1"
 FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
-
-
-@pytest.fixture
-def camera() -> Iterator[grabbergui.Camera]:
-    with grabbergui.open(FAST) as camera:
-        yield camera
 
 
 # -- the module --------------------------------------------------------------------------------------
@@ -252,6 +241,17 @@ def test_what_is_no_source_is_refused() -> None:
         grabbergui.open_all("sim:")
 
 
+def test_a_loop_waits_for_the_next_trigger_after_a_timeout(camera: grabbergui.Camera) -> None:
+    camera["TriggerMode"] = "On"
+    with camera.frames(timeout=0.05).started() as frames:
+        with pytest.raises(grabbergui.FrameTimeoutError, match="waits for a trigger"):
+            next(frames)
+        camera.execute("TriggerSoftware")
+        until(lambda: camera.statistics.frames, "the frame")
+        assert next(frames).width == 64
+    assert not camera.streaming
+
+
 # -- asyncio -----------------------------------------------------------------------------------------
 def test_asyncio_reads_writes_and_iterates_without_blocking(camera: grabbergui.Camera) -> None:
     async def main() -> tuple[int, int]:
@@ -289,170 +289,6 @@ def test_a_cancelled_loop_stops_the_stream(camera: grabbergui.Camera) -> None:
 
     asyncio.run(main())
     until(lambda: not camera.streaming)
-
-
-# -- what happens ------------------------------------------------------------------------------------
-def test_changes_reach_a_callback_that_may_use_the_camera(camera: grabbergui.Camera) -> None:
-    seen: list[tuple[frozenset[str], Any]] = []
-    end = camera.on("change", lambda names: seen.append((names, camera.exposure_time)))
-    camera.exposure_time = 3000
-    until(lambda: any("ExposureTime" in names and value == 3000.0 for names, value in seen))
-    end()
-    end()
-    seen.clear()
-    camera.exposure_time = 4000
-    with pytest.raises(UsageError, match="change, event, lost"):
-        camera.on("loss", print)  # type: ignore[arg-type]
-    assert not seen
-
-
-def test_events_reach_a_callback(camera: grabbergui.Camera) -> None:
-    seen: list[grabbergui.DeviceEvent] = []
-    camera.on("event", seen.append)
-    camera["EventNotification[EventSelector=Test]"] = "On"
-    camera.execute("TestEventGenerate")
-    assert until(lambda: seen)[0].name == "Test"
-
-
-def test_a_failing_callback_hinders_no_other(camera: grabbergui.Camera) -> None:
-    seen: list[object] = []
-    camera.on("change", lambda names: 1 / 0)
-    camera.on("change", seen.append)
-    camera.exposure_time = 3000
-    until(lambda: seen)
-
-
-def test_a_group_reports_whatever_went_wrong_after_all_cameras_were_called(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    with grabbergui.open_all([f"{FAST}&serial=LEFT", f"{FAST}&serial=RIGHT"]) as cameras:
-        monkeypatch.setattr(cameras[0].grabber, "start", lambda **_: 1 / 0)
-        with pytest.raises(ZeroDivisionError):
-            cameras.start()
-        assert [camera.streaming for camera in cameras] == [False, True]
-
-
-def test_events_do_not_pile_up_behind_a_slow_callback(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(features, "MOST_WAITING", 10)
-    grabber, busy = ScriptedGrabber(), threading.Event()
-    seen: list[str] = []
-    callbacks = features.Callbacks(grabber)
-
-    def slow(event: grabbergui.DeviceEvent) -> None:
-        seen.append(event.name)
-        busy.wait(PATIENCE)
-
-    callbacks.add("event", slow)
-    grabber.event_received.emit(grabbergui.DeviceEvent("0", 0, {}))
-    until(lambda: seen)
-    for number in range(1, 1000):
-        grabber.event_received.emit(grabbergui.DeviceEvent(str(number), number, {}))
-    busy.set()
-    until(lambda: len(seen) == 11)
-    callbacks.close()
-    assert seen == [str(number) for number in range(11)]
-    assert [line for line in caplog.messages if "callbacks" in line] == [
-        "Acme Script: the callbacks are too slow, so events are dropped"
-    ]
-
-
-def test_a_lost_camera_reports_it_and_comes_back() -> None:
-    simulated = GigeCamera(ADDRESS)
-    try:
-        with grabbergui.open(f"gige:{ADDRESS}") as camera:
-            lost, back = threading.Event(), threading.Event()
-            camera.on("lost", lambda why: lost.set())
-            camera.on("back", lambda why: back.set())
-            camera.exposure_time = 3000
-            simulated.close()
-            assert lost.wait(PATIENCE)
-            simulated = GigeCamera(ADDRESS)
-            assert back.wait(PATIENCE)
-            assert camera.exposure_time == 3000.0
-    finally:
-        simulated.close()
-
-
-# -- files -------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("name", ["run.mcap", "run.mp4", "run"])
-def test_a_recording_holds_every_frame(camera: grabbergui.Camera, tmp_path: Path, name: str) -> None:
-    path = tmp_path / name
-    done = camera.record(path, frames=10).wait(PATIENCE)
-    assert (done.frames, done.dropped) == (10, 0) and not camera.streaming
-    with grabbergui.open(f"file:{path}") as played:
-        assert len(list(played.frames(10))) == 10
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "pixel_format", "file"),
-    [
-        ("run.mp4", {"codec": "ffv1"}, "Mono12", "run.mp4"),
-        ("run.mp4", {"lossless": True}, "Mono8", "run.mp4"),
-        ("run", {"tiff": True}, "Mono12", "run/00000000.tiff"),
-    ],
-)
-def test_a_recording_keeps_what_its_options_promise(
-    camera: grabbergui.Camera,
-    tmp_path: Path,
-    name: str,
-    options: dict[str, Any],
-    pixel_format: str,
-    file: str,
-) -> None:
-    camera.pixel_format = pixel_format
-    camera.record(tmp_path / name, frames=2, **options).wait(PATIENCE)
-    assert (tmp_path / file).is_file()
-    with grabbergui.open(f"file:{tmp_path / name}") as played:
-        assert played.grab().pixel_format.name == pixel_format
-
-
-def test_a_recording_ends_at_its_size(camera: grabbergui.Camera, tmp_path: Path) -> None:
-    done = camera.record(tmp_path / "run.mcap", megabytes=0.05).wait(PATIENCE)
-    assert done.ended and done.frames > 2 and 0.05e6 <= done.size < 0.1e6
-
-
-def test_files_may_be_in_the_home_directory(
-    camera: grabbergui.Camera, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("HOME", str(tmp_path))
-    camera.record("~/data/run.mcap", frames=1).wait(PATIENCE)
-    camera.save_settings("~/data/camera.yaml")
-    assert camera.load_settings("~/data/camera.yaml").settled
-    assert sorted(path.name for path in (tmp_path / "data").iterdir()) == ["camera.yaml", "run.mcap"]
-    with grabbergui.open("file:~/data/run.mcap") as played:
-        assert played.grab().complete
-
-
-def test_a_recording_lasts_as_long_as_its_block(camera: grabbergui.Camera, tmp_path: Path) -> None:
-    with camera.record(tmp_path / "run.mcap") as recording:
-        until(lambda: recording.progress.frames >= 3)
-    assert recording.progress.ended and not camera.streaming
-    with pytest.raises(grabbergui.GrabberError, match="there already"):
-        camera.record(tmp_path / "run.mcap")
-
-
-@pytest.mark.parametrize("name", ["camera.yaml", "camera.txt"])
-def test_settings_are_saved_and_loaded(camera: grabbergui.Camera, tmp_path: Path, name: str) -> None:
-    camera.exposure_time, camera.gain = 3000, 6
-    camera.save_settings(tmp_path / name)
-    camera.exposure_time, camera.gain = 1000, 0
-    assert camera.load_settings(tmp_path / name, dry_run=True).count() == 0
-    report = camera.load_settings(tmp_path / name)
-    assert report.settled, report.lines()
-    assert (camera.exposure_time, camera.gain) == (3000.0, 6.0)
-
-
-def test_a_loop_waits_for_the_next_trigger_after_a_timeout(camera: grabbergui.Camera) -> None:
-    camera["TriggerMode"] = "On"
-    with camera.frames(timeout=0.05).started() as frames:
-        with pytest.raises(grabbergui.FrameTimeoutError, match="waits for a trigger"):
-            next(frames)
-        camera.execute("TriggerSoftware")
-        until(lambda: camera.statistics.frames, "the frame")
-        assert next(frames).width == 64
-    assert not camera.streaming
 
 
 # -- several -----------------------------------------------------------------------------------------
@@ -497,39 +333,11 @@ def test_discover_finds_what_open_opens() -> None:
         assert "SIM001" in repr(camera)
 
 
-# -- files in the camera -----------------------------------------------------------------------------
-def test_files_in_the_camera(camera: grabbergui.Camera, tmp_path: Path) -> None:
-    assert "LUTLuminance" in [file.name for file in camera.files.list()]
-    table = np.frombuffer(camera.files.read("LUTLuminance"), "<u2")
-    half = (table // 2).tobytes()
-    assert camera.files.write("LUTLuminance", half).verified
-    assert camera.files.read("LUTLuminance") == half
-    (tmp_path / "table.bin").write_bytes(table.tobytes())
-    camera.files.write("LUTLuminance", tmp_path / "table.bin")
-    assert camera.files.read("LUTLuminance") == table.tobytes()
-    camera.files.delete("ShadingCorrection")
-    assert camera.files.read("ShadingCorrection") == b""
-    with pytest.raises(UsageError, match="replace_firmware"):
-        camera.files.write("Firmware", b"")
-    with pytest.raises(grabbergui.CameraFileError, match="DeviceLog"):
-        camera.files.write("DeviceLog", b"")
-
-
-def test_the_points_of_a_frame_and_its_distances(tmp_path):
-    with grabbergui.open("sim:") as camera:
-        camera.width, camera.height = 64, 48
-        camera["ComponentSelector"] = "Range"
-        camera["ComponentEnable"] = True
-        frame = camera.grab()
-        distance = camera.distances(frame.components[1])
-        assert np.array_equal(camera.distances(frame), distance, equal_nan=True)
-        with pytest.raises(PixelFormatError, match="INTENSITY of Mono8 is no range image"):
-            camera.distances(frame.components[0])
-        cloud = camera.points(frame)
-        camera.save_points(frame, tmp_path / "cloud.ply")
-        camera["ComponentEnable"] = False
-        with pytest.raises(PixelFormatError, match="has no range image; switch on ComponentEnable"):
-            camera.distances(camera.grab())
-    assert distance.shape == (48, 64) and 550 < np.nanmin(distance) < np.nanmax(distance) < 1500
-    assert len(cloud.points) == np.isfinite(distance).sum() == len(cloud.colours)
-    assert (tmp_path / "cloud.ply").stat().st_size > 15 * len(cloud.points)
+def test_a_group_reports_whatever_went_wrong_after_all_cameras_were_called(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with grabbergui.open_all([f"{FAST}&serial=LEFT", f"{FAST}&serial=RIGHT"]) as cameras:
+        monkeypatch.setattr(cameras[0].grabber, "start", lambda **_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            cameras.start()
+        assert [camera.streaming for camera in cameras] == [False, True]
