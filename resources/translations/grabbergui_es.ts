@@ -487,17 +487,17 @@ It {1}.</source>
 <context>
     <name>CalibrationViewController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="157"/>
         <source>Load a calibration</source>
         <translation>Cargar una calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="133"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="148"/>
         <source>{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°</source>
         <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="151"/>
         <source>{0} was made with another camera, {1} {2}; calibrate this one as well</source>
         <translation>{0} se hizo con otra cámara, {1} {2}; calibre también esta</translation>
     </message>
@@ -2658,197 +2658,197 @@ It {1}.</source>
 <context>
     <name>Lack</name>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="86"/>
+        <location filename="../../grabbergui/models/open_source.py" line="42"/>
         <source>No source is open: choose one in the list and connect to it.</source>
         <translation>No hay ninguna fuente abierta: elija una de la lista y conéctela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="87"/>
+        <location filename="../../grabbergui/models/open_source.py" line="43"/>
         <source>The source is still being opened.</source>
         <translation>La fuente aún se está abriendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="88"/>
+        <location filename="../../grabbergui/models/open_source.py" line="44"/>
         <source>The source does not answer: wait until it is back.</source>
         <translation>La fuente no responde: espere a que vuelva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="89"/>
+        <location filename="../../grabbergui/models/open_source.py" line="45"/>
         <source>The source is stopped: start it first.</source>
         <translation>La fuente está parada: iníciela primero.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="90"/>
+        <location filename="../../grabbergui/models/open_source.py" line="46"/>
         <source>The source is open for reading only: another program controls it.</source>
         <translation>La fuente está abierta solo para lectura: otro programa la controla.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="94"/>
+        <location filename="../../grabbergui/models/open_source.py" line="47"/>
         <source>The source is stopped already.</source>
         <translation>La fuente ya está parada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="95"/>
+        <location filename="../../grabbergui/models/open_source.py" line="48"/>
         <source>A source is open: disconnect it first, or double-click another one in the list.</source>
         <translation>Hay una fuente abierta: desconéctela primero o haga doble clic en otra de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="98"/>
+        <location filename="../../grabbergui/models/open_source.py" line="51"/>
         <source>The source is open already: press “Show”, or click its tile.</source>
         <translation>La fuente ya está abierta: pulse «Mostrar» o su miniatura.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="99"/>
+        <location filename="../../grabbergui/models/open_source.py" line="52"/>
         <source>The source streams already.</source>
         <translation>La fuente ya está transmitiendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="100"/>
+        <location filename="../../grabbergui/models/open_source.py" line="53"/>
         <source>There is no frame yet: start the camera first.</source>
         <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="101"/>
+        <location filename="../../grabbergui/models/open_source.py" line="54"/>
         <source>The frame has no range image: enable the component Range, if there is one.</source>
         <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="104"/>
+        <location filename="../../grabbergui/models/open_source.py" line="57"/>
         <source>The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.</source>
         <translation>La cámara no informa de polarizadores: si los tiene, marque «El sensor tiene polarizadores» más abajo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="108"/>
+        <location filename="../../grabbergui/models/open_source.py" line="60"/>
         <source>The source has neither exposure time nor gain.</source>
         <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="109"/>
+        <location filename="../../grabbergui/models/open_source.py" line="61"/>
         <source>The source has no white balance.</source>
         <translation>La fuente no tiene balance de blancos.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="110"/>
+        <location filename="../../grabbergui/models/open_source.py" line="62"/>
         <source>The source has no region of interest that can be changed.</source>
         <translation>La fuente no tiene una región de interés que se pueda cambiar.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="111"/>
+        <location filename="../../grabbergui/models/open_source.py" line="63"/>
         <source>The source keeps no user sets: save its settings in a file.</source>
         <translation>La fuente no guarda conjuntos de ajustes: guarde sus ajustes en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="112"/>
+        <location filename="../../grabbergui/models/open_source.py" line="64"/>
         <source>The source has no look-up table that can be read.</source>
         <translation>La fuente no tiene una tabla de consulta que se pueda leer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="113"/>
+        <location filename="../../grabbergui/models/open_source.py" line="65"/>
         <source>The source has no calibration: load one, or calibrate the camera.</source>
         <translation>La fuente no tiene calibración: cargue una o calibre la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="116"/>
+        <location filename="../../grabbergui/models/open_source.py" line="68"/>
         <source>Nothing was changed since the source was opened.</source>
         <translation>No se ha cambiado nada desde que se abrió la fuente.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="117"/>
+        <location filename="../../grabbergui/models/open_source.py" line="69"/>
         <source>Nothing was undone.</source>
         <translation>No se ha deshecho nada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="118"/>
+        <location filename="../../grabbergui/models/open_source.py" line="70"/>
         <source>The list is empty.</source>
         <translation>La lista está vacía.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="119"/>
+        <location filename="../../grabbergui/models/open_source.py" line="71"/>
         <source>Wait until the present run has ended.</source>
         <translation>Espere a que termine el ajuste en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="120"/>
+        <location filename="../../grabbergui/models/open_source.py" line="72"/>
         <source>A search is in progress.</source>
         <translation>Hay una búsqueda en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="121"/>
+        <location filename="../../grabbergui/models/open_source.py" line="73"/>
         <source>Choose a source in the list, or type its address above.</source>
         <translation>Elija una fuente de la lista o escriba su dirección arriba.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="122"/>
+        <location filename="../../grabbergui/models/open_source.py" line="74"/>
         <source>The whole image is measured already.</source>
         <translation>Ya se mide la imagen completa.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="123"/>
+        <location filename="../../grabbergui/models/open_source.py" line="75"/>
         <source>Choose a set in the list.</source>
         <translation>Elija un conjunto de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="124"/>
+        <location filename="../../grabbergui/models/open_source.py" line="76"/>
         <source>This set cannot be changed: choose another one.</source>
         <translation>Este conjunto no se puede cambiar: elija otro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="125"/>
+        <location filename="../../grabbergui/models/open_source.py" line="77"/>
         <source>The camera starts with this set already, or cannot start with it.</source>
         <translation>La cámara ya arranca con este conjunto, o no puede arrancar con él.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="128"/>
+        <location filename="../../grabbergui/models/open_source.py" line="78"/>
         <source>Nothing was edited.</source>
         <translation>No se ha editado nada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="129"/>
+        <location filename="../../grabbergui/models/open_source.py" line="79"/>
         <source>This control is the first one already.</source>
         <translation>Este control ya es el primero.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="130"/>
+        <location filename="../../grabbergui/models/open_source.py" line="80"/>
         <source>This control is the last one already.</source>
         <translation>Este control ya es el último.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="131"/>
+        <location filename="../../grabbergui/models/open_source.py" line="81"/>
         <source>This is the first page.</source>
         <translation>Esta es la primera página.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="132"/>
+        <location filename="../../grabbergui/models/open_source.py" line="82"/>
         <source>There are too few views yet.</source>
         <translation>Aún hay muy pocas vistas.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="133"/>
+        <location filename="../../grabbergui/models/open_source.py" line="83"/>
         <source>Tick the box above first.</source>
         <translation>Marque antes la casilla de arriba.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="134"/>
+        <location filename="../../grabbergui/models/open_source.py" line="84"/>
         <source>A chessboard has no markers.</source>
         <translation>Un tablero de ajedrez no tiene marcadores.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="135"/>
+        <location filename="../../grabbergui/models/open_source.py" line="85"/>
         <source>A single marker has no rows and columns.</source>
         <translation>Un solo marcador no tiene filas ni columnas.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="136"/>
+        <location filename="../../grabbergui/models/open_source.py" line="86"/>
         <source>The name is published: stop publishing it first.</source>
         <translation>El nombre está publicado: deje antes de publicarlo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="137"/>
+        <location filename="../../grabbergui/models/open_source.py" line="87"/>
         <source>Hand and eye of this robot cannot be calibrated here.</source>
         <translation>Aquí no se pueden calibrar mano y ojo de este robot.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="138"/>
+        <location filename="../../grabbergui/models/open_source.py" line="88"/>
         <source>The camera does not offer this now.</source>
         <translation>La cámara no lo ofrece ahora.</translation>
     </message>
@@ -3685,7 +3685,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="289"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="296"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3880,22 +3880,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="311"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="318"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="312"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="319"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="320"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="314"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="321"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -3945,7 +3945,7 @@ It {1}.</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="270"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="277"/>
         <source>Close this panel; to open it again: {0}</source>
         <translation>Cerrar este panel; para volver a abrirlo: {0}</translation>
     </message>
@@ -4257,62 +4257,62 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="195"/>
+        <location filename="../../grabbergui/models/recording.py" line="203"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="187"/>
+        <location filename="../../grabbergui/models/recording.py" line="195"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="183"/>
+        <location filename="../../grabbergui/models/recording.py" line="191"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="197"/>
+        <location filename="../../grabbergui/models/recording.py" line="205"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="197"/>
+        <location filename="../../grabbergui/models/recording.py" line="205"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="202"/>
+        <location filename="../../grabbergui/models/recording.py" line="210"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="189"/>
+        <location filename="../../grabbergui/models/recording.py" line="197"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="155"/>
+        <location filename="../../grabbergui/models/recording.py" line="163"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="158"/>
+        <location filename="../../grabbergui/models/recording.py" line="166"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="161"/>
+        <location filename="../../grabbergui/models/recording.py" line="169"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="161"/>
+        <location filename="../../grabbergui/models/recording.py" line="169"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="164"/>
+        <location filename="../../grabbergui/models/recording.py" line="172"/>
         <source>recorded {0} to {1}</source>
         <translation>grabado: {0} en {1}</translation>
     </message>
@@ -5311,77 +5311,77 @@ It {1}.</source>
 <context>
     <name>Status</name>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="133"/>
+        <location filename="../../grabbergui/models/status.py" line="38"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="134"/>
+        <location filename="../../grabbergui/models/status.py" line="39"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="135"/>
+        <location filename="../../grabbergui/models/status.py" line="40"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="136"/>
+        <location filename="../../grabbergui/models/status.py" line="41"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="137"/>
+        <location filename="../../grabbergui/models/status.py" line="42"/>
         <source>Starting</source>
         <translation>Arrancando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="138"/>
+        <location filename="../../grabbergui/models/status.py" line="43"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="139"/>
+        <location filename="../../grabbergui/models/status.py" line="44"/>
         <source>Playing</source>
         <translation>Reproduciendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="140"/>
+        <location filename="../../grabbergui/models/status.py" line="45"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="141"/>
+        <location filename="../../grabbergui/models/status.py" line="46"/>
         <source>Waiting for trigger</source>
         <translation>Esperando disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="142"/>
+        <location filename="../../grabbergui/models/status.py" line="47"/>
         <source>No frame for {0:.0f} s</source>
         <translation>Sin imagen desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="143"/>
+        <location filename="../../grabbergui/models/status.py" line="48"/>
         <source>Lost for {0:.0f} s</source>
         <translation>Perdida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="163"/>
+        <location filename="../../grabbergui/models/status.py" line="151"/>
         <source>{0} fps</source>
         <translation>{0} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="165"/>
+        <location filename="../../grabbergui/models/status.py" line="153"/>
         <source>{0}, losing frames</source>
         <translation>{0}, pierde imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="174"/>
+        <location filename="../../grabbergui/models/status.py" line="162"/>
         <source>● Recording</source>
         <translation>● Grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="176"/>
+        <location filename="../../grabbergui/models/status.py" line="164"/>
         <source>connection lost</source>
         <translation>conexión perdida</translation>
     </message>
