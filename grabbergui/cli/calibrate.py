@@ -132,7 +132,7 @@ def _check_writable(path: Path) -> None:
 
 
 def _calibrate_in_window(options: argparse.Namespace) -> int:
-    """Calibrate in a window, which asks where to save."""
+    """Calibrate in a window, which asks where to save. Raises CalibrationError if nothing was saved."""
     with importing_window("or leave out --window"):
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
@@ -143,6 +143,8 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
         saved = standalone.calibrate(grabber, settings(options), options.screenshot, seconds, theme, stop)
     if saved is not None:
         print(f"saved as {saved}")
+    elif seconds is None:
+        raise CalibrationError("the window was closed, and no calibration saved")
     return 0
 
 
@@ -282,14 +284,15 @@ def _hand_eye_in_window(
     options: argparse.Namespace,
     stop: threading.Event,
 ) -> None:
-    """Calibrate in a window, which asks where to save."""
+    """Calibrate in a window, which asks where to save. Raises CalibrationError if there is no result."""
     with importing_window("or leave out --window"):
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
     gate.hold("nothing moves before a person agrees")
     stand = servo_robots.hand_eye_stand(scene, gate, config, options, options.out)
     try:
-        standalone.hand_eye(stand, theme=Theme(options.theme), stop=stop)
+        if standalone.hand_eye(stand, theme=Theme(options.theme), stop=stop) is None:
+            raise CalibrationError("the window was closed before there was a result")
     finally:
         stand.close()
 

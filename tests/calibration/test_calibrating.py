@@ -16,6 +16,7 @@ from grabbergui.core.errors import CalibrationError, UsageError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.driver.sim.rendered_world import Panel, draw
+from grabbergui.ui.run import standalone
 
 WIDTH, HEIGHT = 640, 480
 CAMERA = np.array([[560.0, 0, 331], [0, 552.0, 228], [0, 0, 1]])
@@ -246,3 +247,10 @@ def test_the_command_has_a_window_that_takes_an_image_of_itself(tmp_path, qapp):
     window = cv2.imread(str(file))
     assert window.shape[1] > 1000
     assert window.std() > 20
+
+
+def test_a_window_that_is_closed_without_saving_is_no_success(monkeypatch):
+    chosen = options("sim:board", "--window")
+    monkeypatch.setattr(standalone, "calibrate", lambda *arguments: None)
+    with pytest.raises(CalibrationError, match="no calibration saved"):
+        chosen.run(chosen)

@@ -178,3 +178,10 @@ def test_the_window_gets_robot_gate_frames_and_file(tmp_path, monkeypatch):
     assert (model.setup.eye, model.setup.views, model.plan().views) == ("hand", 7, 7)
     assert (stand.placement("hand").mount, stand.placement("head").eye) == ("wrist", "head")
     assert stand.gate.sent == 0
+
+
+def test_a_window_that_is_closed_without_a_result_is_no_success(monkeypatch, capsys):
+    """A script went on to servo with a file that had not been written."""
+    monkeypatch.setattr(standalone, "hand_eye", lambda stand, theme, stop: None)
+    assert main(["hand-eye", "--window", "--robot", "sim-teo"]) == 1
+    assert "the window was closed before there was a result" in capsys.readouterr().err
