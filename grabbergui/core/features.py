@@ -135,6 +135,12 @@ class Feature(FeatureDescription):
     problem: str = ""
     "Why the camera's description of it fails; empty if it does not. A failing feature is not available."
 
+    def __post_init__(self) -> None:
+        """Drop limits that contradict each other: no number is between them, and the camera decides."""
+        if self.minimum is not None and self.maximum is not None and not self.minimum <= self.maximum:
+            object.__setattr__(self, "minimum", None)
+            object.__setattr__(self, "maximum", None)
+
     @property
     def logarithmic(self) -> bool:
         """Whether a slider should be logarithmic: as described, or if the range exceeds two decades.

@@ -160,3 +160,12 @@ def test_a_limit_is_accepted_as_it_is_shown(limit):
     assert knob.minimum <= knob.validated(format_number(limit)) <= knob.maximum
     with pytest.raises(FeatureValueError, match="out of range"):
         knob.validated(limit * (1 + 1e-8))
+
+
+@pytest.mark.parametrize("limits", [(10, 5), (float("nan"), 5.0), (0.0, float("nan"))])
+def test_limits_that_contradict_each_other_restrict_nothing(limits):
+    """A remote camera's editor offered only the minimum, which the range above it refused."""
+    low, high = limits
+    knob = feature(FeatureKind.FLOAT, minimum=low, maximum=high)
+    assert (knob.minimum, knob.maximum) == (None, None)
+    assert knob.validated(7) == 7.0

@@ -213,14 +213,9 @@ Calling a number's node is the fastest way to its `value`.
 
 
 def _limits(low: int | float, high: int | float) -> dict[str, Any]:
-    """Return the limits that restrict the value; none if they contradict each other or are not numbers."""
-    limits: dict[str, Any] = {}
-    if low <= high:
-        if abs(low) < _LARGEST_FLOAT:
-            limits["minimum"] = low
-        if abs(high) < _LARGEST_FLOAT:
-            limits["maximum"] = high
-    return limits
+    """Return the limits that restrict the value: those that are finite numbers."""
+    limits = {"minimum": low, "maximum": high}
+    return {name: limit for name, limit in limits.items() if abs(limit) < _LARGEST_FLOAT}
 
 
 def _increment(increment: int | float) -> int | float | None:
