@@ -16,7 +16,7 @@ from grabbergui.core.scan3d import FollowedScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, in_camera_units, kind_of
 from grabbergui.net.ros2.client_link import IMAGE_TYPE, publishers_of
 from grabbergui.net.ros2.image_messages import Continuity, frame_of, read_camera_info
-from grabbergui.net.ros2.runtime import quality_of_service
+from grabbergui.net.ros2.runtime import quality_of_service, steady_timer
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ class ComponentSubscriptions:
         self._joiner = ComponentJoiner()
         self._subscriptions: dict[str, Any] = {}
         self._scan: FollowedScan3d | None = None
-        self._timer = node.create_timer(WAIT / 2, self._expire, autostart=False)
+        self._timer = steady_timer(node, WAIT / 2, self._expire, autostart=False)
         self._remarked: set[str] = set()
 
     def image(self, frame: Frame) -> None:

@@ -186,9 +186,13 @@ class Ros2Node:
         """Let callbacks run from now on."""
         self._thread.start()
 
-    def discovered(self, condition: Callable[[], bool]) -> bool:
-        """Wait until a condition holds; return whether it does `DISCOVERY_S` after joining the network."""
-        while not (holds := condition()) and time.monotonic() < self._joined + DISCOVERY_S:
+    def discovered(self, condition: Callable[[], bool], since: float | None = None) -> bool:
+        """Wait until a condition holds; return whether it does in the end.
+
+        The wait ends `DISCOVERY_S` after this node joined the network, or after `since` (`time.monotonic`).
+        """
+        deadline = (self._joined if since is None else since) + DISCOVERY_S
+        while not (holds := condition()) and time.monotonic() < deadline:
             time.sleep(0.02)
         return holds
 
@@ -221,6 +225,13 @@ class Ros2Node:
             except Exception:
                 # One failed callback must not stop the others.
                 log.exception("%s: a callback failed", self._thread.name)
+
+
+def steady_timer(node: Any, seconds: float, callback: Callable[[], None], **options: Any) -> Any:
+    """Return a timer of a node that neither `use_sim_time` nor a change of the system's time stops."""
+    from rclpy.clock import Clock, ClockType
+
+    return node.create_timer(seconds, callback, clock=Clock(clock_type=ClockType.STEADY_TIME), **options)
 
 
 def _require_domain(text: str) -> None:

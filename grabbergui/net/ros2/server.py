@@ -29,6 +29,7 @@ from grabbergui.net.ros2.runtime import (
     require_interfaces,
     require_ros2,
     sendable,
+    steady_timer,
 )
 from grabbergui.net.tree import Terminal, TreeService, dumps, no_terminal
 
@@ -351,7 +352,6 @@ class Diagnostics:
         self, node: Any, grabber: FrameGrabber, of_the_network: Callable[[], dict[str, int]]
     ) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
-        from rclpy.clock import Clock
 
         self._node = node
         self._grabber = grabber
@@ -362,9 +362,7 @@ class Diagnostics:
         self._namesake = False
         "Whether another node had this node's name, when last looked at."
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        # With `use_sim_time` the node's own clock may stand.
-        steady = Clock(clock_type=type(node.get_clock().clock_type).STEADY_TIME)
-        node.create_timer(_DIAGNOSTICS_PERIOD, self._publish, clock=steady)
+        steady_timer(node, _DIAGNOSTICS_PERIOD, self._publish)
 
     def _publish(self) -> None:
         from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue

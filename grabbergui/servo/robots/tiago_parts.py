@@ -19,7 +19,8 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import SourceUnavailableError, TransportError
-from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, load_type_support
+from grabbergui.net.ros2.client_link import publishers_of
+from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, load_type_support, steady_timer
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.tiago_messages import Drive, Kind, Stream, Trajectory
@@ -229,12 +230,8 @@ _MOST_PENDING = 4
 "Requests for the list that may be pending; beyond that the oldest is removed."
 NODE = "grabbergui_servo_"
 "Beginning of our nodes' names."
-_UNNAMED = "_NODE_NAME_UNKNOWN_"
-"rmw's name of a node whose own has not arrived. A publisher without ROS keeps it."
 JOIN_S = 1.0
 "Seconds for which DDS discovers other programs before their absence counts."
-NAMES_S = 2.0
-"Seconds to wait for the names of nodes that send commands."
 _WATCH_S = 1.0
 
 
@@ -276,7 +273,7 @@ class ControllerManager:
         load_type_support(controller_manager_msgs)
         self._request = ListControllers.Request()
         self._client = node.create_client(ListControllers, _LIST)
-        node.create_timer(_LIST_S, self._ask)
+        steady_timer(node, _LIST_S, self._ask)
         self._ask()
 
     @property
@@ -337,9 +334,9 @@ class OtherPrograms:
     DDS may discover the robot before another program, and a publisher before the name of its node.
     """
 
-    def __init__(self, node: Any, robot: str) -> None:
+    def __init__(self, ros: Ros2Node, robot: str) -> None:
         """To be made when the node has joined; `robot` is its name for messages."""
-        self._node, self._robot = node, robot
+        self._ros, self._robot = ros, robot
         self._joined = time.monotonic()
         self._topics: Collection[str] = ()
         self._found = ""
@@ -347,14 +344,13 @@ class OtherPrograms:
     def refuse(self, topics: Collection[str]) -> None:
         """Raise SourceUnavailableError if there is one on these topics of commands.
 
-        Returns `JOIN_S` after the node has joined, and waits up to `NAMES_S` for names.
+        Returns `JOIN_S` after the node has joined, and waits for names, which publishers without ROS lack.
         """
         self._topics = topics
         time.sleep(max(self._joined + JOIN_S - time.monotonic(), 0))
-        deadline = time.monotonic() + NAMES_S
-        while _UNNAMED in (names := self._commanders()) and time.monotonic() < deadline:
-            time.sleep(0.02)
-        if other := _servo_program(names):
+        # Since now: the other program may have joined long after this one.
+        self._ros.discovered(lambda: "" not in self._commanders(), since=time.monotonic())
+        if other := _servo_program(self._commanders()):
             raise SourceUnavailableError(
                 f"another servo program, node {other}, commands {self._robot}: end it first; one that was "
                 "killed is forgotten after 20 s"
@@ -362,7 +358,7 @@ class OtherPrograms:
 
     def watch(self) -> None:
         """Look again every `_WATCH_S`, on the node's thread, for one that was discovered late."""
-        self._node.create_timer(_WATCH_S, self._look)
+        steady_timer(self._ros.node, _WATCH_S, self._look)
 
     def require_none(self) -> None:
         """Raise TransportError if one has been discovered since; does not wait."""
@@ -375,9 +371,10 @@ class OtherPrograms:
         self._found = _servo_program(self._commanders())
 
     def _commanders(self) -> set[str]:
-        listed = self._node.get_publishers_info_by_topic
-        names = {info.node_name for topic in self._topics for info in listed(topic)}
-        return names - {self._node.get_name()}
+        """Return the names of the nodes that publish commands, without this one; empty while unknown."""
+        node = self._ros.node
+        found = (publisher.node for topic in self._topics for publisher in publishers_of(node, topic))
+        return {name.rpartition("/")[2] for name in found} - {node.get_name()}
 
 
 def _servo_program(names: Collection[str]) -> str:

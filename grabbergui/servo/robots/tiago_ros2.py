@@ -106,7 +106,7 @@ class TiagoOverRos2(Robot):
 
         self._ros = Ros2Node(f"{NODE}{time.time_ns() % 10**9}")
         node = self._ros.node
-        self._others = None if self._listen_only else OtherPrograms(node, self.name)
+        self._others = None if self._listen_only else OtherPrograms(self._ros, self.name)
         self._manager = ControllerManager(node)
         node.create_subscription(JointState, self._topics.joint_states, self._on_joint_state, 5)
         self._listen_to_frames(node)

@@ -15,7 +15,7 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceUnavailableError
 from grabbergui.net.ros2.image_messages import publish_frame
-from grabbergui.net.ros2.runtime import Ros2Node, require_packages
+from grabbergui.net.ros2.runtime import Ros2Node, require_packages, steady_timer
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
@@ -142,7 +142,7 @@ class TiagoTopics:
             self._listen_to_twists(node, topics.arm)
             self.arm_topic = topics.arm
         self._updates = 0
-        node.create_timer(UPDATE, self._update)
+        steady_timer(node, UPDATE, self._update)
         self._frames = self._publish_frames(node)
 
     def open(self) -> None:

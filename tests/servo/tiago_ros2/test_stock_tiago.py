@@ -18,6 +18,7 @@ pytestmark = pytest.mark.ros2
 from controller_manager_msgs.msg import ControllerState  # noqa: E402
 from controller_manager_msgs.srv import ListControllers  # noqa: E402
 from fake_tiago import FakeTiago  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rclpy.task import Future  # noqa: E402
 from whole_chain import detecting_runner, reach_marker  # noqa: E402
@@ -80,7 +81,7 @@ class SilentManager:
     def create_client(self, kind, service):
         return self
 
-    def create_timer(self, seconds, callback):
+    def create_timer(self, seconds, callback, clock):
         self.tick = callback
 
     def service_is_ready(self):
@@ -131,7 +132,10 @@ def test_the_hand_moves_at_the_commanded_speed_and_rests_without_commands(fake, 
     until(lambda: speeds.append(speed()) or 0.03 < speeds[-1] < 0.055, f"0.05 m/s, not {speeds}")
 
 
-def test_a_controller_that_stops_takes_no_commands_and_the_other_part_goes_on(fake, robot):
+@pytest.mark.parametrize("simulated_clock", [False, True])
+def test_a_controller_that_stops_takes_no_commands_and_the_other_part_goes_on(fake, robot, simulated_clock):
+    """The simulated clock stands, as when Gazebo is paused."""
+    robot._ros.node.set_parameters([Parameter("use_sim_time", value=simulated_clock)])
     fake.controllers[ARM].active = False
 
     def refused():

@@ -17,6 +17,7 @@ pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[
 pytestmark = pytest.mark.ros2
 
 from geometry_msgs.msg import TwistStamped  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 from whole_chain import detecting_runner  # noqa: E402
@@ -27,6 +28,7 @@ from grabbergui.core.errors import (  # noqa: E402
     SourceUnavailableError,
     TransportError,
 )
+from grabbergui.net.ros2 import runtime  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
@@ -170,11 +172,14 @@ def test_a_second_program_whose_name_has_not_arrived_is_waited_for(robot, second
             info.node_name = "_NODE_NAME_UNKNOWN_"
         return infos
 
+    monkeypatch.setattr(runtime, "DISCOVERY_S", 4.0)
     monkeypatch.setattr(Node, "get_publishers_info_by_topic", unnamed_at_first)
     until(lambda: refused(second))
 
 
-def test_a_second_program_that_is_discovered_late_ends_the_commands(robot, simulated):
+@pytest.mark.parametrize("simulated_clock", [False, True])
+def test_a_second_program_that_is_discovered_late_ends_the_commands(robot, simulated, simulated_clock):
+    robot._ros.node.set_parameters([Parameter("use_sim_time", value=simulated_clock)])
     other = Ros2Node(f"{tiago_parts.NODE}late")
     other.node.create_publisher(JointTrajectory, "/head_controller/joint_trajectory", 1)
     other.start()
