@@ -336,8 +336,11 @@ _OPENCV_DIRECTIVE = re.compile(r"\A\ufeff?%YAML:[\d.]+[ \t]*\r?\n")
 "The first line of OpenCV's files, which in YAML would have a space instead of the colon."
 
 
-class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
-    """Accepts the tags below, and resolves plain text to numbers as YAML 1.2 does."""
+class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]  # PyYAML has no types
+    """Accepts the tags below, and resolves plain text to numbers as YAML 1.2 does.
+
+    Some PyYAML come without libyaml, which is ten times as fast.
+    """
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012, PyYAML's own name
     yaml_constructors = {  # noqa: RUF012
@@ -368,18 +371,22 @@ _Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_m
 
 
 _BRACKETS = {"[": 1, "{": 1, "]": -1, "}": -1}
-_MOST_BRACKETS = 20
-"Brackets within brackets that a file may have; PyYAML takes seconds until it gives up thousands."
+_DEEPEST = 20
+"Brackets within brackets that a file may have. PyYAML takes seconds for thousands, or recurses that deep."
+_DASHES = re.compile(rf"^[ \t]*(?:[-?:][ \t]+){{{_DEEPEST}}}", re.MULTILINE)
+"Lists within lists, begun on one line."
 
 
 def read_yaml(text: str, where: str) -> dict[str, Any]:
     """Return the mapping in a text, or an empty one. Raises UsageError with the line."""
-    if max(accumulate(_BRACKETS.get(sign, 0) for sign in text), default=0) > _MOST_BRACKETS:
-        raise UsageError(f"{where} is no YAML of a calibration: its brackets are nested too deeply")
+    depth = max(accumulate(_BRACKETS.get(sign, 0) for sign in text), default=0)
+    if depth > _DEEPEST or _DASHES.search(text):
+        raise UsageError(f"{where} is no YAML of a calibration: lists or brackets are nested too deeply")
     try:
         values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
     except yaml.MarkedYAMLError as error:
-        line = f", line {error.problem_mark.line + 1}" if error.problem_mark is not None else ""
+        mark, last = error.problem_mark, text.count("\n")  # libyaml marks the end after the last line
+        line = f", line {min(mark.line, last) + 1}" if mark is not None else ""
         problem = ", ".join(filter(None, (error.context, error.problem)))
         raise UsageError(f"{where}{line}: {problem}") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:

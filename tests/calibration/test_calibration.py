@@ -117,7 +117,7 @@ def test_a_disk_that_is_full_costs_no_calibration(tmp_path):
         ("430.21554970319971", "1e9", "focal lengths"),
         ("430.21554970319971", "wide", "other than numbers"),
         ("camera_matrix:", "camera_metrics:", "camera_matrix is missing"),
-        ("data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]", "data: [1, 0", "but got"),
+        ("data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]", "data: [1, 0", "expected ',' or ']'"),
         ("image_height: 480", "&anchor *alias", "line 3: "),
     ],
 )

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -137,12 +138,21 @@ def test_what_is_no_camera_info_is_told_from_a_broken_one(text, problem):
         camera_info.parse(text, "c.yaml")
 
 
-@pytest.mark.parametrize("bracket", ["[", "{", "[1,"])
+@pytest.mark.parametrize("bracket", ["[", "{", "[1,", "- ", "? "])
 def test_thousands_of_brackets_are_refused_at_once(bracket):
     """The window stood still for five seconds."""
     for watch in attempts(0.2):
         with watch, pytest.raises(UsageError, match="brackets are nested too deeply"):
             camera_info.parse(bracket * 20_000, "c.yaml")
+
+
+@pytest.mark.skipif(not hasattr(yaml, "CSafeLoader"), reason="this PyYAML comes without libyaml")
+@pytest.mark.parametrize("numbers", [f"[{'1,' * 32_000}]", "\n" + "- 1\n" * 16_000])
+def test_the_longest_file_is_read_at_once(numbers):
+    """The window stood still for seconds."""
+    for watch in attempts(0.4):
+        with watch:
+            assert len(camera_info.read_yaml(f"data: {numbers}", "c.yaml")["data"]) >= 16_000
 
 
 def test_aliases_cannot_make_it_huge():
