@@ -103,6 +103,8 @@ class McapRecording(Recording):
         self._beside: dict[tuple[int, int], list[_Place]] = {}
         "Further components by sequence number and time of their frame."
         self._chunk: tuple[int, bytes] = (-1, b"")
+        self._damaged = False
+        "Whether there is a chunk that cannot be read."
         try:
             if self._file.read(len(MAGIC)) != MAGIC:
                 raise UsageError(f"{path} is no MCAP file")
@@ -236,7 +238,10 @@ class McapRecording(Recording):
             raise RecordingError(f"{self.path}: a chunk of {length} bytes; at most {MAX_CHUNK} are read")
         try:
             content = memoryview(self._chunk_content(at))
-        except RecordingError:
+        except RecordingError as error:
+            if not self._damaged:
+                self._damaged = True
+                log.warning("%s; its frames are left out, and those of others like it", error)
             return
         offset = 0
         while offset + 9 <= len(content):

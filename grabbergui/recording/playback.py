@@ -26,12 +26,13 @@ from grabbergui.core.features import (
     FeatureValue,
     Representation,
 )
+from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
-from grabbergui.recording import Recording, open_recording
+from grabbergui.recording import Recording, RecordingError, open_recording
 
 log = logging.getLogger(__name__)
 
@@ -178,7 +179,7 @@ class PlaybackGrabber(FrameGrabber):
                 recording = open_recording(self._path)
                 loop, speed = self._defaults
                 state = PlaybackState(len(recording), recording.duration, loop=loop, speed=speed)
-                first = recording.frame(0, 0)
+                first, fault = _first_readable(recording)
             except BaseException:
                 if recording is not None:
                     recording.close()
@@ -186,8 +187,10 @@ class PlaybackGrabber(FrameGrabber):
                 raise
             state.width, state.height = first.width, first.height
             state.pixel_format = first.pixel_format.name
-            self._recording, self._state = recording, state
+            self._recording, self._state, self._readable = recording, state, not fault
         self.connection_changed.emit(ConnectionState.OPEN, "")
+        if fault:
+            self._report(fault)
 
     @override
     def close(self) -> None:
@@ -356,8 +359,7 @@ class PlaybackGrabber(FrameGrabber):
             self._statistics.incomplete += 1
             if self._readable:  # the disk may be gone, and a notice for each frame would fill another one
                 self._readable = False
-                log.warning("%s: %s", self.info.uri, error)
-                self.noticed.emit(str(error))
+                self._report(str(error))
             return
         self._readable = True
         state = self._state
@@ -367,9 +369,28 @@ class PlaybackGrabber(FrameGrabber):
         self._rates.add(frame.payload.nbytes)
         self._fanout.put(frame)
 
+    def _report(self, fault: str) -> None:
+        log.warning("%s: %s", self.info.uri, fault)
+        self.noticed.emit(fault)
+
     def _time_of(self, index: int) -> float:
         times = self._recording.times_ns if self._recording is not None else []
         return (times[index] - times[0]) / 1e9 if index < len(times) else 0.0
+
+
+def _first_readable(recording: Recording) -> tuple[Frame, str]:
+    """Return a frame that can be read, and why an earlier one cannot, or "". Raises RecordingError.
+
+    The first frames are all tried, those behind them in growing steps.
+    """
+    index, fault = 0, RecordingError(f"{recording.path} holds no frames")
+    while index < len(recording):
+        try:
+            return recording.frame(index, 0), str(fault) if index else ""
+        except RecordingError as error:
+            fault = fault if index else error
+        index += 1 + index // 8
+    raise fault
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:

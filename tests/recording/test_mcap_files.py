@@ -162,6 +162,29 @@ def test_a_chunk_is_decompressed_no_further_than_it_announces(tmp_path, name, co
         tracemalloc.stop()
 
 
+def test_a_damaged_chunk_is_left_out_with_a_warning(tmp_path, caplog):
+    from mcap.writer import CompressionType, Writer
+
+    from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
+
+    path = tmp_path / "x.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=1)
+        writer.start()
+        schema = writer.register_schema(IMAGE_NAME, "ros2msg", IMAGE_DEFINITION.encode())
+        channel = writer.register_channel("/cam", "cdr", schema)
+        for index in range(4):
+            message = RosImage(START, "c", 3, 18, "mono8", 0, 18, bytes(54)).encode()
+            writer.add_message(channel, START + index, message, START + index, index)
+        writer.finish()
+    content = path.read_bytes()
+    begin = content.index(b"zstd")
+    path.write_bytes(content[: begin + 12] + bytes(8) + content[begin + 20 :])
+    with contextlib.closing(open_recording(path)) as recording:
+        assert [recording.frame(index, 0).frame_id for index in range(len(recording))] == [1, 2, 3]
+    assert len(caplog.records) == 1 and "its frames are left out" in caplog.text
+
+
 def test_a_compressed_file_that_is_cut_short_while_it_is_played_is_refused(tmp_path):
     from mcap.writer import CompressionType, Writer
 

@@ -279,6 +279,34 @@ def test_a_broken_image_is_skipped(folder):
         grabber.close()
 
 
+@pytest.mark.parametrize("readable", [1, 3, 5])
+def test_a_recording_whose_first_images_are_broken_plays_the_others_and_says_so(folder, readable):
+    for index in range(6):
+        if index != readable:
+            (folder / f"{index}.png").write_bytes(b"broken")
+    grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10&loop=0"))
+    notices = []
+    grabber.noticed.connect(notices.append)
+    grabber.open()
+    try:
+        assert grabber.feature("Width").value == 16
+        assert len(notices) == 1 and "0.png" in notices[0]
+        queue = grabber.open_queue(16)
+        grabber.start()
+        assert queue.get(PATIENCE).frame_id == readable
+        until(lambda: grabber.statistics().incomplete == 5)
+        assert "0.png" not in "".join(notices[1:]), "once is enough"
+    finally:
+        grabber.close()
+
+
+def test_a_recording_without_a_readable_image_is_refused(folder):
+    for index in range(6):
+        (folder / f"{index}.png").write_bytes(b"broken")
+    with pytest.raises(RecordingError, match=r"0\.png"):
+        playback.create(SourceUri.parse(f"file:{folder}")).open()
+
+
 def test_a_path_without_a_recording_is_refused_with_advice(tmp_path):
     (tmp_path / "notes.txt").write_text("no")
     for name in ("a.mcap", "a.mp4"):
