@@ -20,7 +20,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.library.camera import Camera
-from grabbergui.library.lifetime import await_collected
+from grabbergui.library.streaming import await_collected
 
 AccessName = Literal["control", "monitor", "take over"]
 

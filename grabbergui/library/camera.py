@@ -29,8 +29,7 @@ from grabbergui.core.settle import instances_of
 from grabbergui.core.sfnc import frame_period, frame_wait
 from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
-from grabbergui.library.lifetime import Closing, StreamUse
-from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
+from grabbergui.library.streaming import DEPTH, AsyncFrames, Closing, Frames, Recording, StreamUse
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto

@@ -9,7 +9,7 @@ import pytest
 
 import grabbergui
 from grabbergui.core.errors import GrabberError
-from grabbergui.library.lifetime import StreamUse
+from grabbergui.library.streaming import StreamUse
 from patience import until
 
 FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
