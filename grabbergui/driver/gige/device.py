@@ -128,6 +128,8 @@ class GigeDevice(Device):
         """Close stream, events and connection, and release control. May be called twice."""
         link, memory = self._link, self._memory
         self.close_stream()
+        if self._stream is not None:
+            self._stream.free()
         messages, self._messages = self._messages, None
         if messages is not None:
             if link is not None and link.lost is None:

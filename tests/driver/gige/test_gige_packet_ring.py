@@ -13,11 +13,12 @@ from packet_sockets import may_open_packet_sockets, without_the_right
 
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.driver.gige.stream import batches, channel
+from grabbergui.driver.gige.stream import batches, channel, ring_memory
+from grabbergui.driver.gige.stream.ring_memory import Geometry, Ring
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 ADDRESS, OTHER = "127.16.7.1", "127.16.7.3"
 WIDTH, HEIGHT = 640, 256
@@ -151,6 +152,46 @@ def test_two_cameras_and_two_channels_have_a_ring_each(monkeypatch: pytest.Monke
             statistics = grabber.statistics()
             assert statistics.packets_ignored == 0
             assert statistics.packets_duplicate < statistics.packets / 10  # late ones, asked for again
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> list[Ring]:
+    """The rings that the test makes."""
+    rings: list[Ring] = []
+
+    class KnownRing(Ring):
+        def __init__(self, size: Geometry) -> None:
+            super().__init__(size)
+            rings.append(self)
+
+    monkeypatch.setattr(ring_memory, "Ring", KnownRing)
+    return rings
+
+
+def test_a_stream_that_pauses_keeps_its_ring(made: list[Ring], monkeypatch: pytest.MonkeyPatch) -> None:
+    system_calls_forbidden(monkeypatch)
+    with streaming() as grabber:
+        queue = grabber.open_queue(4)
+        grabber.start()
+        for format_name in ("Mono12p", "Mono8", "BayerRG8") * 3:
+            grabber.write_feature("PixelFormat", format_name)
+            assert queue.get(PATIENCE).pixel_format.name == format_name
+        assert len(made) == 1
+        assert grabber.statistics().packets_duplicate == 0
+    assert made[0].socket.fileno() < 0  # freed
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_closed_camera_has_no_ring(made: list[Ring], lost: bool) -> None:
+    with streaming() as grabber:
+        check_frames(grabber, 2)
+        if lost:
+            grabber.device.report_lost("as in a test")  # type: ignore[attr-defined]
+            until(lambda: len(made) == 2 and grabber.streaming)
+            check_frames(grabber, 2)
+            assert made[0].socket.fileno() < 0
+        grabber.close()
+        assert [ring.socket.fileno() for ring in made] == [-1] * (1 + lost)
 
 
 def test_a_camera_that_starts_again_has_a_ring_again(monkeypatch: pytest.MonkeyPatch) -> None:

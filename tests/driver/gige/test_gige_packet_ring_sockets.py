@@ -16,12 +16,13 @@ from packet_sockets import may_open_packet_sockets
 from grabbergui.core.frame import BufferPool
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
-from grabbergui.driver.gige.stream import packet_ring
+from grabbergui.driver.gige.stream import packet_ring, ring_memory
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.batches import BatchSource
-from grabbergui.driver.gige.stream.packet_ring import Geometry, PacketRing
+from grabbergui.driver.gige.stream.packet_ring import PacketRing
 from grabbergui.driver.gige.stream.recvmmsg import DONT_WAIT
-from grabbergui.driver.gige.stream.sockets import NOTHING, attach
+from grabbergui.driver.gige.stream.ring_memory import Geometry, SpareRing
+from grabbergui.driver.gige.stream.sockets import NOTHING
 from patience import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(not may_open_packet_sockets(), reason="packet sockets need CAP_NET_RAW")
@@ -57,7 +58,8 @@ def image(block_id: int) -> bytes:
 class Stand:
     """A ring, its UDP socket, a device that sends, and the blocks that arrive."""
 
-    def __init__(self, packet_size: int = PACKET_SIZE) -> None:
+    def __init__(self, packet_size: int = PACKET_SIZE, spare: SpareRing | None = None) -> None:
+        self.spare = spare or SpareRing()
         self.device = bound(DEVICE)
         self.receiver = bound(HOST)
         self.address = self.receiver.getsockname()
@@ -67,6 +69,7 @@ class Stand:
             self.receiver,
             DEVICE,
             lambda: BatchSource(self.receiver, DEVICE),
+            self.spare,
             packet_size=packet_size,
             wanted=0,
         )
@@ -104,6 +107,7 @@ class Stand:
 
     def close(self) -> None:
         self.ring.close()
+        self.spare.free()
         self.receiver.close()
         self.device.close()
 
@@ -145,7 +149,7 @@ def test_a_wait_for_packets_ends_when_the_stream_does(stand: Stand, proved: bool
 
 
 def test_each_full_round_of_the_ring_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(packet_ring, "LEAST_BYTES", 300 * PACKET_SIZE)
+    monkeypatch.setattr(ring_memory, "LEAST_BYTES", 300 * PACKET_SIZE)
     stand = Stand()
     try:
         for first in range(1, 200, 5):  # 140 of some 340 slots at a time
@@ -161,7 +165,7 @@ def test_each_full_round_of_the_ring_is_taken(monkeypatch: pytest.MonkeyPatch) -
 def test_packets_are_discarded_up_to_the_first_that_still_arrives(stand: Stand) -> None:
     """Otherwise the ring would wait for a slot behind one that the kernel waits for, for ever."""
     stand.send(block(1)[:5])
-    statuses = stand.ring._statuses
+    statuses = stand.ring._ring.statuses
     until(lambda: statuses[:5].all())
     statuses[2] = 0
     stand.ring._discard()
@@ -260,7 +264,7 @@ def test_packets_longer_than_announced_are_received_by_the_socket() -> None:
 def test_closing_does_not_wait_for_the_kernel_to_free_the_ring(
     stand: Stand, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    may_free, freed, free = threading.Event(), threading.Event(), packet_ring._free
+    may_free, freed, free = threading.Event(), threading.Event(), ring_memory._free
 
     def free_later(descriptor: int, memory: mmap.mmap) -> None:
         may_free.wait(PATIENCE)
@@ -268,18 +272,78 @@ def test_closing_does_not_wait_for_the_kernel_to_free_the_ring(
         assert memory.closed
         freed.set()
 
-    monkeypatch.setattr(packet_ring, "_free", free_later)
+    monkeypatch.setattr(ring_memory, "_free", free_later)
     stand.send(block(1))
     stand.expect(1)
     stand.ring.close()
+    stand.spare.free()
     assert not freed.is_set()
     may_free.set()
     assert freed.wait(PATIENCE)
 
 
+# -- from one stream to the next ---------------------------------------------------------------------
+def test_the_next_stream_has_the_ring_of_the_last_without_its_packets(stand: Stand) -> None:
+    stand.send(block(1))
+    stand.expect(1)
+    last, statuses = stand.ring, stand.ring._ring.statuses
+    stand.send(block(2)[:5])
+    until(lambda: int(statuses.astype(bool).sum()) == 5)
+    last.close()
+    stand.send(block(3))  # to the port of the last stream
+    following = Stand(spare=stand.spare)
+    try:
+        assert following.ring._ring is last._ring
+        stand.send(block(4))
+        following.send(block(11))
+        following.expect(11)
+        assert not following.ring.failed
+        assert following.assembler.statistics.packets == len(block(11))
+        assert not statuses.any()
+    finally:
+        following.close()
+
+
+@pytest.mark.parametrize(
+    ("packet_size", "wanted", "serves"),
+    [
+        (PACKET_SIZE, 10 << 20, True),
+        (PACKET_SIZE + 400, 10 << 20, True),
+        (PACKET_SIZE, 5 << 20, True),
+        (PACKET_SIZE, 40 << 20, False),  # too small
+        (PACKET_SIZE, 1 << 20, False),  # far too large
+        (9000, 10 << 20, False),  # slots of another length
+    ],
+)
+def test_a_ring_is_kept_if_it_serves_the_next_stream(
+    packet_size: int, wanted: int, serves: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ring_memory, "LEAST_BYTES", 0)
+    spare = SpareRing()
+    first = spare.take(Geometry(PACKET_SIZE, 10 << 20))
+    spare.keep(first)
+    second = spare.take(Geometry(packet_size, wanted))
+    assert (second is first) == serves == (first.socket.fileno() >= 0)
+    second.free()
+
+
+def test_a_ring_that_no_stream_takes_is_freed(stand: Stand, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ring_memory, "KEPT", 0.01)
+    stand.ring.close()
+    until(lambda: stand.ring._ring.socket.fileno() < 0)
+    assert stand.spare._let_go() is None
+
+
+def test_a_ring_that_failed_is_freed(stand: Stand) -> None:
+    stand.ring._fail("as in a test")
+    assert stand.ring._ring.socket.fileno() < 0
+    stand.ring.close()
+    assert stand.spare._let_go() is None
+
+
 # -- packets that a ring does not see ----------------------------------------------------------------
 def blind(ring: PacketRing) -> None:
-    attach(ring._socket, NOTHING)
+    ring._ring.admit(NOTHING)
 
 
 def test_the_socket_takes_over_from_a_ring_that_sees_nothing(stand: Stand) -> None:
@@ -361,13 +425,13 @@ def test_two_rings_receive_a_stream_each() -> None:
 @pytest.mark.parametrize("packet_size", [576, 1400, 1500, 4000, 8164, 8228, 9000, 16000, 65535])
 def test_slots_hold_the_packets_and_fill_whole_blocks(packet_size: int) -> None:
     size = Geometry(packet_size, 16 << 20)
-    assert size.slot >= packet_ring.IP_AT + packet_size
-    assert size.slot % 16 == 0 == size.block % packet_ring.PAGE
+    assert size.slot >= ring_memory.IP_AT + packet_size
+    assert size.slot % 16 == 0 == size.block % ring_memory.PAGE
     assert size.slots * size.slot == size.blocks * size.block == size.bytes
     assert size.slots * packet_size >= 16 << 20
     assert size.bytes <= 64 << 20
 
 
 def test_a_ring_takes_a_bounded_part_of_the_memory() -> None:
-    assert Geometry(9000, 1 << 30).bytes <= 1.1 * packet_ring.MOST_BYTES
-    assert Geometry(9000, 1 << 20).bytes <= 1.1 * packet_ring.LEAST_BYTES
+    assert Geometry(9000, 1 << 30).bytes <= 1.1 * ring_memory.MOST_BYTES
+    assert Geometry(9000, 1 << 20).bytes <= 1.1 * ring_memory.LEAST_BYTES

@@ -47,6 +47,7 @@ from grabbergui.driver.gige.stream.packet_settings import (
 )
 from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource, StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy
+from grabbergui.driver.gige.stream.ring_memory import SpareRing
 from grabbergui.driver.gige.stream.sockets import (
     buffer_bytes,
     is_multicast,
@@ -107,6 +108,7 @@ class Stream:
         self._receiver: StreamReceiver | None = None
         self._ring: PacketRing | None = None
         "That of the current or the last stream, if it had one."
+        self._spare_ring = SpareRing()
         self._statistics = StreamStatistics()
         self.port = 0
         "The host's UDP port that frames arrive at; 0 before the stream was first opened."
@@ -162,6 +164,10 @@ class Stream:
                 log.info("closing the stream channel: %s", error)
         receiver.stop()
         self._statistics = replace(receiver.statistics(), frame_rate=0.0, bandwidth=0.0)
+
+    def free(self) -> None:
+        """Free what `close` kept for the next stream."""
+        self._spare_ring.free()
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the current or the last stream. Any thread."""
@@ -259,6 +265,7 @@ class Stream:
                     receiver,
                     self._device_ip,
                     lambda: self._open_batches(receiver, payload_size),
+                    self._spare_ring,
                     packet_size=self.packet_size,
                     wanted=wanted_bytes(payload_size),
                 )
@@ -336,6 +343,11 @@ class Streams:
         """Close every channel and stop receiving. May be called twice; never raises."""
         for channel in self.channels:
             channel.close()
+
+    def free(self) -> None:
+        """Free what `close` kept for the next stream."""
+        for channel in self.channels:
+            channel.free()
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the sums of all channels. Any thread."""
