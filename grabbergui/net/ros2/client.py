@@ -11,6 +11,7 @@ import logging
 import os
 import threading
 import time
+from collections.abc import Mapping, Sequence
 
 from typing_extensions import override
 
@@ -28,7 +29,14 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
-from grabbergui.net.ros2.client_link import IMAGE_TYPE, CameraLink, not_found, publishers_of
+from grabbergui.net.ros2.client_link import (
+    IMAGE_TYPE,
+    CameraLink,
+    Publisher,
+    not_found,
+    publishers_of,
+    topics_of,
+)
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
 from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, full_name, require_ros2
 from grabbergui.net.tree import TreeFeatures
@@ -37,6 +45,8 @@ log = logging.getLogger(__name__)
 
 DISCOVERY_TIMEOUT = 5.0
 """Seconds that a topic has to appear."""
+PREFERRED_TIMEOUT = 1.0
+"""Seconds that `image_raw` has to appear, of this node or another, if `image` is discovered first."""
 NAME_TIMEOUT = DISCOVERY_S
 """Seconds that a publisher's node has to become known; one outside ROS never does."""
 WATCH_PERIOD = 0.1
@@ -69,6 +79,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         "Why the present publisher is refused: another camera, or no answer. Empty if it is accepted."
         self._stream_lock = threading.RLock()
         "Guards the stream, and is never held while the other end is asked. Taken after `_lock`."
+        self._rivals: set[str] = set()
+        "Topics of its name that other nodes publish, as reported."
         self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
@@ -84,16 +96,18 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 self._closing.clear()
                 self._ros = Ros2Node(f"grabbergui_{time.time_ns() % 10**9}")
                 self._ros.start()
-                link = self._link = self._find(DISCOVERY_TIMEOUT)
+                link = self._link = self._find(topics_of(self._name), DISCOVERY_TIMEOUT)
         except BaseException:
             self._leave()
             self.connection_changed.emit(ConnectionState.CLOSED, "")
             raise
         self._access, self._lost, self._refused = access, "", ""
+        self._rivals.clear()
         self._watcher = threading.Thread(target=self._watch, name=f"ros2 watch {self._name}", daemon=True)
         self._watcher.start()
         self.connection_changed.emit(ConnectionState.OPEN, "")
         self.noticed.emit(f"{link.topic} comes from {link.publisher}")
+        self._report_rivals()
         if link.silence:
             node = link.publisher.node or "its publisher"
             self.noticed.emit(f"{link.topic} is shown without controls: {node} {link.silence}")
@@ -142,18 +156,21 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         return stream.calibration() if stream is not None else None
 
     # -- the other end ---------------------------------------------------------------------------
-    def _find(self, timeout: float) -> CameraLink:
-        """Wait for the topic, and join the node that publishes it. Raises SourceNotFoundError."""
+    def _find(self, topics: Sequence[str], timeout: float) -> CameraLink:
+        """Wait for one of the topics, and join the node that publishes it. Raises SourceNotFoundError."""
         assert self._ros is not None
         begun = time.monotonic()
         nameless: float | None = None
         node = self._ros.node
-        while (link := CameraLink.find(node, self._name, self._closing)) is None or not link.publisher.node:
-            now = time.monotonic()
+        while True:
+            link, now = CameraLink.find(node, topics, self._closing), time.monotonic()
             if link is None:
                 if now - begun > timeout:
                     raise SourceNotFoundError(not_found(node, self._name))
-            elif now - (nameless := nameless or now) > NAME_TIMEOUT:
+            elif not link.publisher.node:
+                if now - (nameless := nameless or now) > NAME_TIMEOUT:
+                    break
+            elif link.topic not in topics[1:2] or now - begun > PREFERRED_TIMEOUT:
                 break
             self._pause(0.05)
         try:
@@ -229,6 +246,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
     def _poll(self, *, check: bool) -> None:
         if check:
             self._look_at_stream()
+            self._report_rivals()
         with self._lock:
             features = self._known()
             changed: frozenset[str] = frozenset()
@@ -244,7 +262,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
 
     def _come_back(self) -> None:
         """Reconnect to the present publisher. Raises OtherCameraError if that is another camera."""
-        found = self._find(DISCOVERY_TIMEOUT)  # without the lock, so that others learn of the loss meanwhile
+        # Without the lock, so that others learn of the loss meanwhile.
+        found = self._find([self._opened().topic], DISCOVERY_TIMEOUT)
         with self._lock:
             old, self._link = self._opened(), found
             old.leave()
@@ -257,6 +276,13 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         else:
             self._report_return()
         self._announce(frozenset(description.name for description in self.feature_tree().descriptions()))
+
+    def _report_rivals(self) -> None:
+        """Report each other camera of the same name once; DDS may discover it at any time."""
+        for topic in self._opened().rivals(topics_of(self._name)):
+            if topic not in self._rivals:
+                self._rivals.add(topic)
+                self.noticed.emit(f"{topic} is another node's: open ros2:{topic} to see it")
 
     def _look_at_stream(self) -> None:
         with self._stream_lock:
@@ -291,19 +317,32 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     listener, opened = _listener(*map(os.environ.get, _NETWORK))
     time.sleep(max(opened + timeout - time.monotonic(), 0))
     node = listener.node
-    topics = [name for name, types in node.get_topic_names_and_types() if IMAGE_TYPE in types]
-    # A camera that offers both names is one camera.
-    cameras = {topic.removesuffix("/image_raw").removesuffix("/image") or topic: topic for topic in topics}
+    found = {
+        name: publishers_of(node, name)
+        for name, types in node.get_topic_names_and_types()
+        if IMAGE_TYPE in types
+    }
     return [
         DeviceInfo(
             f"ros2:{name}",
             model=name,
             bus="ROS 2",
             address=name,
-            interface=" and ".join(map(str, publishers_of(node, topic))),
+            interface=" and ".join(map(str, publishers)),
         )
-        for name, topic in cameras.items()
+        for name, publishers in _cameras(found).items()
     ]
+
+
+def _cameras(found: Mapping[str, list[Publisher]]) -> dict[str, list[Publisher]]:
+    """Return image topics as cameras: the two of one node are one camera, those of two nodes are two."""
+    cameras = {}
+    for topic, publishers in sorted(found.items()):  # image_raw behind image, whose place it takes
+        name = topic.removesuffix("/image_raw").removesuffix("/image") or topic
+        both = [found.get(f"{name}/{last}", ()) for last in ("image_raw", "image")]
+        raw, image = ({each.node for each in publishers if each.node} for publishers in both)
+        cameras[topic if raw and image and raw.isdisjoint(image) else name] = publishers
+    return cameras
 
 
 _NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")

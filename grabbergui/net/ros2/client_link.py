@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -72,14 +72,14 @@ def publishers_of(node: Any, topic: str) -> list[Publisher]:
     return sorted(found, key=str)
 
 
-def _candidates(name: str) -> list[str]:
+def topics_of(name: str) -> list[str]:
     """Return the topics that a camera's name may mean, best first."""
     return [f"{name}/image_raw", f"{name}/image", name]
 
 
 def not_found(node: Any, name: str) -> str:
     """Return why there is no camera of this name, as display text."""
-    topics = _candidates(name)
+    topics = topics_of(name)
     for topic in topics:
         for publisher in publishers_of(node, topic):
             if publisher.topic_type != IMAGE_TYPE:
@@ -114,18 +114,26 @@ class CameraLink:
         self._events: Any = None
 
     @classmethod
-    def find(cls, node: Any, name: str, closing: threading.Event) -> CameraLink | None:
-        """Return the best of the topics that a name may mean, if it is published yet.
+    def find(cls, node: Any, topics: Sequence[str], closing: threading.Event) -> CameraLink | None:
+        """Return the first of the topics that is published, if any is yet.
 
         A publisher with a known node goes first: it is seen before the node's name is.
         """
-        found = [
-            cls(node, topic, publisher, closing)
-            for topic in _candidates(name)
-            for publisher in publishers_of(node, topic)
-            if publisher.topic_type == IMAGE_TYPE
+        for topic in topics:
+            found = [each for each in publishers_of(node, topic) if each.topic_type == IMAGE_TYPE]
+            if found:
+                return cls(node, topic, next((each for each in found if each.node), found[0]), closing)
+        return None
+
+    def rivals(self, topics: Sequence[str]) -> list[str]:
+        """Return those of the topics that other nodes publish. Never waits."""
+        known = {each.node for each in publishers_of(self.node, self.topic)}
+        return [
+            topic
+            for topic in topics
+            for each in publishers_of(self.node, topic)
+            if each.node and each.node not in known and each.topic_type == IMAGE_TYPE
         ]
-        return next((link for link in found if link.publisher.node), found[0] if found else None)
 
     def join(self, on_change: Callable[[frozenset[str]], None]) -> None:
         """Find out what can be set. Raises SourceUnavailableError; of our own servers DeviceLostError too.

@@ -15,13 +15,20 @@ class Driver:
     """Somebody else's camera driver, written with rclpy alone."""
 
     def __init__(
-        self, name="other", reliability=ReliabilityPolicy.RELIABLE, kind=Image, callbacks=True, **options
+        self,
+        name="other",
+        reliability=ReliabilityPolicy.RELIABLE,
+        kind=Image,
+        callbacks=True,
+        topic="image_raw",
+        node="",
+        **options,
     ):
         """Without `callbacks` it publishes from a thread of its own and answers no service."""
-        self.ros = Ros2Node(f"{name}_driver", **options)
+        self.ros = Ros2Node(node or f"{name}_driver", **options)
         self.node = self.ros.node
         qos = QoSProfile(depth=5, reliability=reliability, durability=DurabilityPolicy.VOLATILE)
-        self._images = self.node.create_publisher(kind, f"/{name}/image_raw", qos)
+        self._images = self.node.create_publisher(kind, f"/{name}/{topic}", qos)
         self._info = self.node.create_publisher(CameraInfo, f"/{name}/camera_info", qos)
         self.message = kind() if kind is not Image else image()
         self.info = None

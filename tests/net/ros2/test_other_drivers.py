@@ -263,6 +263,48 @@ def test_a_publisher_outside_ros_has_no_name_and_is_shown(opened, notices, drive
     assert said(notices, "its publisher offers no parameters")()
 
 
+def test_of_two_cameras_of_one_name_image_raw_is_opened_and_the_other_is_named(drive, opened, notices):
+    with ThreadPoolExecutor() as pool:
+        drive(topic="image", node="view")
+        opening = pool.submit(opened, "ros2:/other")
+        drive()
+        remote = opening.result(PATIENCE)
+    assert remote.info.address == "/other/image_raw" and remote.info.model == "/other_driver"
+    until(said(notices, "/other/image is another node's: open ros2:/other/image to see it"))
+    assert opened("ros2:/other/image").info.model == "/view"
+
+
+def test_a_camera_of_the_same_name_that_is_discovered_later_is_named(drive, opened, notices):
+    driver = drive(topic="image", node="view")
+    remote = opened("ros2:/other")
+    assert remote.info.address == "/other/image"
+    drive()
+    until(said(notices, "/other/image_raw is another node's"))
+
+    states = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: states.put(state))
+    driver.close()
+    assert states.get(timeout=PATIENCE) is ConnectionState.LOST
+    drive(topic="image", node="view")
+    assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
+    assert remote.info.model == "/view"
+
+
+def test_two_cameras_of_one_name_are_listed_apart(drive):
+    from grabbergui.net.ros2 import client
+
+    drive(topic="image", node="view")
+    until(lambda: listed(client) == {"ros2:/other"})
+    driver = drive()
+    until(lambda: listed(client) == {"ros2:/other/image", "ros2:/other/image_raw"})
+    driver.close()
+    until(lambda: listed(client) == {"ros2:/other"})
+
+
+def listed(client):
+    return {info.uri for info in client.discover(1.0) if "/other" in info.uri}
+
+
 def test_lines_may_be_padded(driver, opened):
     remote = opened("ros2:/other")
     frames = remote.open_queue()
