@@ -29,7 +29,7 @@ from grabbergui.core.calibration import (
     given_projection,
     given_rectification,
 )
-from grabbergui.core.environment import write_whole
+from grabbergui.core.environment import read_bounded, write_whole
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -323,11 +323,7 @@ _MAX_FILE_BYTES = 64 * 1024
 
 def text_of(path: Path) -> str:
     """Return the text of a file of any kind of calibration. Raises UsageError, OSError."""
-    with path.open("rb") as file:
-        content = file.read(_MAX_FILE_BYTES + 1)
-    if len(content) > _MAX_FILE_BYTES:
-        raise UsageError(f"{path} is too long for a calibration")
-    return content.decode("utf-8", "replace")
+    return read_bounded(path, _MAX_FILE_BYTES, "calibration").decode("utf-8", "replace")
 
 
 # -- YAML of calibrations ------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.environment import write_whole
+from grabbergui.core.environment import read_bounded, write_whole
 from grabbergui.core.errors import (
     CameraFileError,
     FeatureAccessError,
@@ -26,6 +27,8 @@ _SELECTOR, _INDEX, _VALUE, _ALL = "LUTSelector", "LUTIndex", "LUTValue", "LUTVal
 _RESTORED = (_SELECTOR, _INDEX)
 MOST_ENTRIES = 1 << 17
 "Entries of the largest table that is accepted."
+_MOST_BYTES = 32 * MOST_ENTRIES
+"Size of the largest file of a table; a line of text has an index and a value."
 LEAST_GAMMA, MOST_GAMMA = 0.05, 20.0
 "Exponents that `gamma_table` computes."
 _PROBES = 5
@@ -167,16 +170,21 @@ def gamma_of(shape: LutShape, table: Table) -> float | None:
 
 
 def load_table(path: Path, shape: LutShape) -> Table:
-    """Read a table from a file: CSV (values, or index and value a line), or 16-bit values, little-endian.
+    """Read a table from a file: text (values, or index and value a line), or 16-bit values, little-endian.
 
     Raises UsageError for a file that does not fit.
     """
     try:
+        content = read_bounded(path, _MOST_BYTES, "look-up table")
         if path.suffix.lower() in (".csv", ".txt"):
-            table = _from_text(path.read_text(encoding="utf-8"))
+            table = _from_text(content.decode("utf-8-sig", "replace"))
+        elif len(content) % 2:
+            raise ValueError(f"{len(content)} bytes are not 16-bit values")
         else:
-            table = np.frombuffer(path.read_bytes(), "<u2").astype(np.int64)
-    except (OSError, ValueError, OverflowError) as error:
+            table = np.frombuffer(content, "<u2").astype(np.int64)
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
         raise UsageError(f"{path} cannot be read as a look-up table: {error}") from error
     _require_fit(table, shape, str(path))
     return table
@@ -206,16 +214,44 @@ def _require_fit(table: Table, shape: LutShape, name: str) -> None:
         )
 
 
+_SEPARATORS = re.compile(r"[,;\s]+")
+
+
 def _from_text(text: str) -> Table:
-    rows = [line.replace(";", ",").split(",") for line in text.splitlines() if line.strip()]
-    if rows and not rows[0][-1].strip().lstrip("-").isdigit():
-        rows = rows[1:]  # the names of the columns
-    if len(rows) == 1 and len(rows[0]) > 2:
-        return np.array([int(value) for value in rows[0]], np.int64)
-    values = [int(row[-1]) for row in rows]
-    if any(len(row) == 2 and int(row[0]) != index for index, row in enumerate(rows)):
-        raise ValueError("its indices do not count up from 0")
+    """Return the table of a text, a first line of which may name the columns. Raises ValueError."""
+    rows = [
+        (line, _SEPARATORS.split(content.strip(" ,;\t")))
+        for line, content in enumerate(text.splitlines(), 1)
+        if content.strip()
+    ]
+    if rows and all(_number(field) is None for field in rows[0][1]):
+        rows = rows[1:]
+    if len(rows) == 1 and len(rows[0][1]) > 2:
+        line, fields = rows[0]
+        rows = [(line, [field]) for field in fields]
+    values = []
+    for index, (line, fields) in enumerate(rows):
+        *before, value = (_whole(field, line) for field in fields)
+        if len(before) > 1:
+            raise ValueError(f"line {line} has {len(fields)} columns; allowed: a value, or index and value")
+        if before and before != [index]:
+            raise ValueError(f"its indices do not count up from 0: line {line} has {before[0]}")
+        values.append(value)
     return np.array(values, np.int64)
+
+
+def _whole(field: str, line: int) -> int:
+    number = _number(field)
+    if number is None or not number.is_integer() or abs(number) >= 2**53:
+        raise ValueError(f"'{field[:20]}' in line {line} is not a whole number")
+    return int(number)
+
+
+def _number(field: str) -> float | None:
+    try:
+        return float(field)
+    except ValueError:
+        return None
 
 
 def _select(grabber: FrameGrabber, selector: str) -> None:

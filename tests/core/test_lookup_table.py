@@ -81,6 +81,10 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path, name: str) -> None:
         ("1\n99999999999999999999\n", "cannot be read"),
         ("\n".join(f"{15 - place},{place}" for place in range(16)), "indices do not count"),
         ("\n".join(str(20 * place) for place in range(16)), "from 0 to 255"),
+        ("index,value\n0,0\n1,nan\n", "'nan' in line 3 is not a whole number"),
+        ("0\n16.5\n", "'16.5' in line 2 is not a whole number"),
+        ("0,1,2\n3,4,5\n", "line 1 has 3 columns"),
+        ("0\n" * (1 << 22), "too long for a look-up table"),
     ],
 )
 def test_a_file_that_does_not_fit_is_refused(tmp_path: Path, text: str, problem: str) -> None:
@@ -98,6 +102,16 @@ def test_tables_in_other_csv_styles_are_read(tmp_path: Path) -> None:
     assert load_table(path, SHAPE).tolist() == list(range(16))
     path.write_text("index;value\n" + "\n".join(f"{place};{place}" for place in range(16)))
     assert load_table(path, SHAPE).tolist() == list(range(16))
+    for line in ("{0}\t{0}", "{0} {0}.000", " {0}, {0:e}", "{0}"):  # spreadsheets, numpy.savetxt
+        lines = "\n".join(line.format(place) for place in range(16))
+        path.write_text(lines, encoding="utf-8-sig")
+        assert load_table(path, SHAPE).tolist() == list(range(16))
+
+
+def test_binary_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
+    (path := tmp_path / "lut.bin").write_bytes(b"abc")
+    with pytest.raises(UsageError, match="3 bytes are not 16-bit values"):
+        load_table(path, SHAPE)
 
 
 def test_values_beyond_16_bits_need_text(tmp_path: Path) -> None:

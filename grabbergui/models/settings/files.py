@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from grabbergui.core.environment import write_whole
+from grabbergui.core.environment import read_bounded, write_whole
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.settings import SettingKey
@@ -71,16 +71,11 @@ def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
     MissingFileError, and UsageError for anything but a settings file.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_FILE_BYTES + 1)
+        content = read_bounded(path, MAX_FILE_BYTES, "file of settings")
     except FileNotFoundError as error:
         raise MissingFileError(f"there is no file of settings {path}") from error
     except OSError as error:
         raise SettingsFileError(f"{path} could not be read: {error.strerror or error}") from error
-    if len(content) > MAX_FILE_BYTES:
-        raise UsageError(
-            f"{path} is larger than {MAX_FILE_BYTES >> 20} MiB, too large for a file of settings"
-        )
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
