@@ -19,7 +19,7 @@ from typing import Any
 
 from PyQt5.QtCore import QEvent, QFileInfo, QObject, QPoint, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
-from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QAction, QFileDialog, QFrame, QScrollArea, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QAction, QApplication, QFileDialog, QFrame, QScrollArea, QWidget
 
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.theme import apply_icons
@@ -105,20 +105,27 @@ def has_screen() -> bool:
 
 # -- files ---------------------------------------------------------------------------------------
 class FileDialogs:
-    """Qt's modal dialogs for files, over a window. Implements `bases.FileQuestions`."""
+    """Qt's modal dialogs for files. Implements `bases.FileQuestions`.
+
+    They are over the active window, which gets the focus back, or else over the given one.
+    """
 
     def __init__(self, window: QWidget) -> None:
         self._window = window
 
+    @property
+    def _parent(self) -> QWidget:
+        return QApplication.activeWindow() or self._window
+
     def to_open(self, title: str, kinds: str, folder: Path | None = None) -> Path | None:
         """Ask for a file that exists; `kinds` is a filter such as `Settings (*.yaml)`."""
         place = str(folder) if folder is not None else ""
-        chosen, _ = QFileDialog.getOpenFileName(self._window, title, place, kinds)
+        chosen, _ = QFileDialog.getOpenFileName(self._parent, title, place, kinds)
         return Path(chosen) if chosen else None
 
     def to_save(self, title: str, name: str, kinds: str) -> Path | None:
         """Ask for a file to write; `name` is the suggestion."""
-        chosen, _ = QFileDialog.getSaveFileName(self._window, title, name, kinds)
+        chosen, _ = QFileDialog.getSaveFileName(self._parent, title, name, kinds)
         return Path(chosen) if chosen else None
 
     def folder(self, title: str, before: Path) -> Path | None:
@@ -127,7 +134,7 @@ class FileDialogs:
         place = next(
             (folder for folder in (before, *before.parents) if QFileInfo(str(folder)).isDir()), Path.home()
         )
-        chosen = QFileDialog.getExistingDirectory(self._window, title, str(place))
+        chosen = QFileDialog.getExistingDirectory(self._parent, title, str(place))
         return Path(chosen) if chosen else None
 
 

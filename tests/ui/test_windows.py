@@ -41,3 +41,17 @@ def test_a_signal_closes_a_window_below_a_question_for_a_file(qtbot, tmp_path):
     with closed_by(stop, window.reject):
         window.exec_()
     assert answers == [None]
+
+
+def test_a_question_is_over_the_active_window_which_gets_the_focus_back(monkeypatch, qtbot):
+    """It was over the main window: who loaded a look-up table by keyboard lost its window."""
+    parents, main = [], QDialog()
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda parent, *_: (parents.append(parent) or "", ""))
+    qtbot.addWidget(main)
+    files, table = FileDialogs(main), QDialog(main)
+    files.to_open("Open", "All (*)")
+    table.show()
+    table.activateWindow()
+    qtbot.waitUntil(table.isActiveWindow)
+    files.to_open("Open", "All (*)")
+    assert parents == [main, table]
