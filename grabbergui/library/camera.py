@@ -306,8 +306,9 @@ class Camera(FeatureAccess):
 
         Callbacks run one after the other on a thread of the library and may use the camera.
         """
+        end = self._callbacks.add(occasion, callback)
         _WATCHED.add(self)
-        return self._callbacks.add(occasion, callback)
+        return end
 
     # -- files -----------------------------------------------------------------------------------
     @property

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar, cast, get_args, overload
 
 from grabbergui.core import file_access
-from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, UsageError
+from grabbergui.core.errors import DeviceLostError, FeatureAccessError, FeatureNotFoundError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.file_access import CameraFile, Written
 from grabbergui.core.grabber import ConnectionState, DeviceEvent, FrameGrabber
@@ -216,13 +216,19 @@ class Callbacks:
         self._by_occasion: dict[str, list[Callable[[Any], object]]] = {}
         self._waiting: queue.SimpleQueue[tuple[str, Any] | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
+        self._closed = False
         self._lost = False
         self._dropped = False
 
     def add(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
-        """Call `callback` on an occasion; the returned function ends that. Raises UsageError."""
+        """Call `callback` on an occasion; the returned function ends that.
+
+        Raises UsageError, DeviceLostError after `close`.
+        """
         if occasion not in get_args(Occasion):
             raise UsageError(f"on({occasion!r}): there are {', '.join(get_args(Occasion))}")
+        if self._closed:
+            raise DeviceLostError(f"on({occasion!r}): {self._grabber.info.title} is closed")
         if self._thread is None:
             self._thread = threading.Thread(target=self._run, name="camera callbacks", daemon=True)
             self._thread.start()
@@ -236,6 +242,7 @@ class Callbacks:
 
     def close(self) -> None:
         """End all callbacks; wait for one that runs, unless it is the caller."""
+        self._closed = True
         thread, self._thread = self._thread, None
         if thread is None:
             return

@@ -9,7 +9,7 @@ import pytest
 
 import grabbergui
 from fakes import ScriptedGrabber
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import DeviceLostError, UsageError
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.library import features
 from patience import PATIENCE, until
@@ -29,6 +29,14 @@ def test_changes_reach_a_callback_that_may_use_the_camera(camera: grabbergui.Cam
     with pytest.raises(UsageError, match="change, event, lost"):
         camera.on("loss", print)  # type: ignore[arg-type]
     assert not seen
+
+
+def test_a_closed_camera_takes_no_callbacks(camera: grabbergui.Camera) -> None:
+    camera.close()
+    threads = threading.active_count()
+    with pytest.raises(DeviceLostError, match="is closed"):
+        camera.on("lost", print)
+    assert threading.active_count() == threads
 
 
 def test_events_reach_a_callback(camera: grabbergui.Camera) -> None:
