@@ -218,7 +218,7 @@ class _Transfer:
             if self._grabber.has_feature(_MODE):
                 self.modes = tuple(e.name for e in self._grabber.feature(_MODE).entries if e.available)
                 _select(self._grabber, _MODE, mode)
-            self.operate("Open")
+            self._open()
         try:
             yield
         except BaseException:
@@ -228,6 +228,17 @@ class _Transfer:
             raise
         with self.turn():
             self.operate("Close")
+
+    def _open(self) -> None:
+        try:
+            self.operate("Open")
+        except CameraFileError as error:
+            # A program that ended during a transfer left it open; nobody else has control now.
+            try:
+                self.operate("Close")
+            except GrabberError:
+                raise error from None
+            self.operate("Open")
 
     def receive(self, progress: Progress) -> bytes:
         """Read to the file's end."""

@@ -185,6 +185,8 @@ class FileControl:
         return File(self._memory.integer(reg.FILE_SELECTOR))
 
     def _open_file(self, file: File) -> _Outcome:
+        if file in self._open:
+            return _FAILED
         mode = FileOpenMode(self._memory.integer(reg.FILE_OPEN_MODE))
         if file is File.LUT_LUMINANCE:
             self._table.save()

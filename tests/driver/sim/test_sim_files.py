@@ -1,6 +1,7 @@
 """Files of the simulated camera: a power cut at every step of an upload, and a network with losses."""
 
 import random
+from contextlib import closing
 from functools import partial
 
 import numpy as np
@@ -110,6 +111,38 @@ def test_a_file_that_is_written_in_place_is_incomplete_after_a_power_cut(operati
         assert details(camera, "ShadingCorrection") == (len(SHADING), "Intact")
     finally:
         camera.close()
+
+
+def test_an_open_file_is_not_opened_again():
+    """Otherwise the second client would empty the file under the first."""
+    with closing(switched_on(FileStore())) as camera:
+        camera.write_feature("FileSelector", "ShadingCorrection")
+        before = camera.feature("FileSize").value
+
+        def status_of(operation, mode):
+            camera.write_feature("FileOpenMode", mode)
+            camera.write_feature("FileOperationSelector", operation)
+            camera.execute("FileOperationExecute")
+            return camera.feature("FileOperationStatus").value
+
+        assert status_of("Open", "Read") == "Success"
+        assert status_of("Open", "Write") == "Failure"
+        assert (camera.feature("FileSize").value, before > 0) == (before, True)
+        assert status_of("Close", "Read") == "Success"
+        assert status_of("Open", "Write") == "Success"
+
+
+def test_a_file_that_a_program_left_open_is_read_and_written():
+    """One that ended during a transfer."""
+    with closing(switched_on(FileStore())) as camera:
+        content = read_file(camera, "ShadingCorrection")
+        for transfer in (partial(read_file, camera), partial(write_file, camera, content=content)):
+            camera.write_feature("FileSelector", "ShadingCorrection")
+            camera.write_feature("FileOpenMode", "Read")
+            camera.write_feature("FileOperationSelector", "Open")
+            camera.execute("FileOperationExecute")
+            transfer(name="ShadingCorrection")
+        assert read_file(camera, "ShadingCorrection") == content
 
 
 def test_an_incomplete_default_user_set_is_replaced_by_the_factorys():
