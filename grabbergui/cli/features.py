@@ -79,10 +79,10 @@ def write(grabber: FrameGrabber, key: SettingKey, text: str) -> Feature:
     return grabber.write_setting(key, typed_value(text, grabber.feature(key.name))).feature
 
 
-def report(feature: Feature) -> str:
-    """Return `NAME = VALUE UNIT`."""
+def report(feature: Feature, key: SettingKey | None = None) -> str:
+    """Return `NAME = VALUE UNIT`, the name with the selectors of `key`."""
     unit = f" {feature.unit}" if feature.unit else ""
-    return f"{feature.name} = {format_value(feature.value)}{unit}"
+    return f"{key or feature.name} = {format_value(feature.value)}{unit}"
 
 
 def _features(options: argparse.Namespace) -> int:
@@ -99,13 +99,14 @@ def _get(options: argparse.Namespace) -> int:
     values: dict[str, FeatureValue] = {}
     with opened(options.source, reading=True) as grabber:
         for name in options.names:
-            feature = grabber.read_setting(SettingKey.parse(name))
+            key = SettingKey.parse(name)
+            feature = grabber.read_setting(key)
             if feature.value is None:
                 why = "is a command and has no value" if feature.kind is FeatureKind.COMMAND else None
                 raise FeatureAccessError(f"{name} {why or feature.access_problem()}", name)
             values[name] = feature.value
             if not options.json:
-                print(report(feature))
+                print(report(feature, _with_selectors(grabber, key)))
     if options.json:
         print(json.dumps(values, indent=2))
     return 0
@@ -119,10 +120,16 @@ def _set(options: argparse.Namespace) -> int:
             feature = write(grabber, key, text)
             values[str(key)] = feature.value
             if not options.json:
-                print(report(feature))
+                print(report(feature, _with_selectors(grabber, key)))
     if options.json:
         print(json.dumps(values, indent=2))
     return 0
+
+
+def _with_selectors(grabber: FrameGrabber, key: SettingKey) -> SettingKey:
+    """Return a setting with all its selectors: those not given as the camera has them now."""
+    present = grabber.setting(key.name)
+    return SettingKey(key.name, tuple({**dict(present.selected), **dict(key.selected)}.items()))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -97,6 +97,17 @@ def test_get_prints_a_line_each(capsys):
     )
 
 
+def test_a_value_is_printed_with_its_selectors(capsys):
+    red, blue = (f"BalanceRatio[BalanceRatioSelector={colour}]" for colour in ("Red", "Blue"))
+    settings = ("PixelFormat=RGB8", f"{blue}=1.5", "BalanceRatioSelector=Red", "BalanceRatio=2")
+    code, out, _ = run(capsys, "set", SMALL, *settings)
+    assert (code, out.splitlines()[1:]) == (0, [f"{blue} = 1.5", "BalanceRatioSelector = Red", f"{red} = 2"])
+
+    off, test = "EventNotification", "EventNotification[EventSelector=Test]"
+    code, out, _ = run(capsys, "get", SMALL, off, test)
+    assert (code, out.splitlines()) == (0, [f"{off}[EventSelector=FrameStart] = Off", f"{test} = Off"])
+
+
 def test_set_works_in_order_and_prints_what_the_camera_reports(capsys):
     code, out, _ = run(capsys, "set", SMALL, "ExposureAuto=Continuous", "ExposureTime=2e3", "ReverseX=on")
 
