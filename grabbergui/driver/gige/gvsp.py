@@ -83,6 +83,12 @@ _SIZE_AT: dict[int, int] = {
     PayloadKind.GENDC: 12,
 }
 "Offset in the leader of the data's 64-bit size, for kinds that have it."
+_IMAGE_AT: dict[int, int] = {
+    PayloadKind.IMAGE: 12,
+    PayloadKind.EXTENDED_CHUNK: 12,
+    PayloadKind.MULTI_ZONE: 16,  # behind the directions of its zones
+}
+"Offset in the leader of the pixel format and the geometry, for kinds that have them."
 _RESERVED: dict[int, int] = {PayloadKind.JPEG: 12, PayloadKind.JPEG2000: 12, PayloadKind.GENDC: 8}
 "Bytes behind that size."
 POSITIONED = frozenset((PayloadKind.H264, PayloadKind.MULTI_ZONE, PayloadKind.MULTI_PART, PayloadKind.GENDC))
@@ -240,6 +246,7 @@ class Leader:
         if self.kind in _SIZE_AT:
             name = self.file_name.encode() + b"\0" if self.kind == PayloadKind.FILE else b""
             return head + self.size.to_bytes(8, "big") + name + bytes(_RESERVED.get(self.kind, 0))
+        head = head.ljust(_IMAGE_AT.get(self.kind, len(head)), b"\0")
         offset, padding = (self.offset_x, self.offset_y), (self.padding_x, self.padding_y)
         return head + self.IMAGE.pack(self.pixel_format, self.width, self.height, *offset, *padding)
 
@@ -265,9 +272,9 @@ class Leader:
             return cls(
                 payload_type, timestamp, size=_size(body, kind), file_name=name.decode("utf-8", "replace")
             )
-        if kind not in (PayloadKind.IMAGE, PayloadKind.EXTENDED_CHUNK, PayloadKind.MULTI_ZONE):
+        offset = _IMAGE_AT.get(kind)
+        if offset is None:
             return cls(payload_type, timestamp)
-        offset = 16 if kind == PayloadKind.MULTI_ZONE else 12
         if len(body) < offset + cls.IMAGE.size:
             raise RemoteProtocolError(
                 f"GVSP image leader of {len(body)} bytes, need {offset + cls.IMAGE.size}"
@@ -379,7 +386,7 @@ class Trailer:
         payload_type = cls.COMMON.unpack_from(body)[1]
         kind = kind_in(payload_type)
         words = struct.unpack_from(f">{(len(body) - 4) // 4}I", body, 4)
-        if kind == PayloadKind.IMAGE:
+        if kind in (PayloadKind.IMAGE, PayloadKind.MULTI_ZONE):
             height = words[0] if words else 0
             size = words[1] if payload_type & CHUNK_BIT and len(words) > 1 else None
             return cls(payload_type, height, size)

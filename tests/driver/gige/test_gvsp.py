@@ -126,6 +126,10 @@ LEADERS = [
         Leader(PayloadKind.EXTENDED_CHUNK, TIME, 0x81080001, *GEOMETRY),
         f"0000 0005 {TIME_BYTES} 81080001 {GEOMETRY_BYTES}",
     ),
+    (
+        Leader(PayloadKind.MULTI_ZONE, TIME, 0x81080001, *GEOMETRY),
+        f"0000 0009 {TIME_BYTES} 00000000 81080001 {GEOMETRY_BYTES}",
+    ),
     (Leader(PayloadKind.RAW, TIME, size=1 << 63), f"0000 0002 {TIME_BYTES} 8000000000000000"),
     (
         Leader(PayloadKind.FILE, TIME, size=5, file_name="ä.txt"),
@@ -149,6 +153,7 @@ LEADERS = [
 TRAILERS = [
     (Trailer(PayloadKind.IMAGE, 0x80000001), "0000 0001 80000001"),
     (Trailer(0x4001, 0x80000001, 0x80000002), "0000 4001 80000001 80000002 00000000"),
+    (Trailer(PayloadKind.MULTI_ZONE, 0x80000001), "0000 0009 80000001"),
     (Trailer(PayloadKind.CHUNK, 0, 0x80000002), "0000 0004 80000002"),
     (Trailer(PayloadKind.EXTENDED_CHUNK, 0x80000001, 0x80000002), "0000 0005 80000002 80000001 00000000"),
     (Trailer(PayloadKind.RAW), "0000 0002"),
@@ -194,7 +199,7 @@ def test_a_leader_that_is_cut_off_is_refused(leader: Leader, digits: str) -> Non
     body = bytes.fromhex(digits)
     # What follows these bytes is optional, or not read.
     needed: dict[int, int] = {PayloadKind.H264: 12, PayloadKind.CHUNK: 12, PayloadKind.MULTI_PART: 12}
-    needed |= {PayloadKind.IMAGE: 36, PayloadKind.EXTENDED_CHUNK: 36}
+    needed |= {PayloadKind.IMAGE: 36, PayloadKind.EXTENDED_CHUNK: 36, PayloadKind.MULTI_ZONE: 40}
     for length in range(needed.get(leader.kind, 20)):
         with pytest.raises(RemoteProtocolError, match=f"leader of {length} bytes"):
             Leader.decode(body[:length])
