@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -87,7 +88,10 @@ class StudioScene(Scene):
 
 @cache
 def studio_image() -> NDArray[np.uint16]:
-    """Return the default scene, drawn once: the sensor and its margin, radiance up to about 1.3 units."""
+    """Return the default scene, drawn once: the sensor and its margin, radiance up to about 1.3 units.
+
+    Whole numbers, in strips: memory that is touched for the first time costs more than what is drawn in it.
+    """
     height, width = SENSOR_HEIGHT + StudioScene.MARGIN, SENSOR_WIDTH + StudioScene.MARGIN
     grey = _gradient(height, width)
     _grid(grey)
@@ -98,84 +102,93 @@ def studio_image() -> NDArray[np.uint16]:
     _checkerboard(grey, (centre[0] + 330, centre[1] - 80), 40, (7, 5))
     for x, y in ((360, 330), (width - 360, 330), (360, height - 330), (width - 360, height - 330)):
         _siemens_star(grey, (x, y), 150)
-        cv2.circle(grey, (x, y), 190, 0.75, 6, cv2.LINE_AA)
+        cv2.circle(grey, (x, y), 190, 0.75 * UNIT, 6, cv2.LINE_AA)
     cv2.putText(
         grey,
         "grabbergui",
         (centre[0] - 10, centre[1] + 205),
         cv2.FONT_HERSHEY_DUPLEX,
         2.6,
-        0.95,
+        0.95 * UNIT,
         5,
         cv2.LINE_AA,
     )
-    grey *= UNIT
-    # From here on whole numbers: an image of floats in three colours would be a quarter of a second's work.
-    light = grey.astype(np.uint16)
+    image = np.empty((height, width, 3), np.uint16)
     answers: tuple[Any, ...] = ILLUMINANT
-    image = np.asarray(cv2.merge([cv2.multiply(light, answer) for answer in answers]), np.uint16)
+    for rows in _strips(height):
+        cv2.merge([cv2.multiply(grey[rows], answer) for answer in answers], image[rows])
     _colour_patches(image, (centre[0] - 480, centre[1] + 370), 96)
     return image
+
+
+_STRIP_ROWS = 64
+"So many rows stay in the processor's cache."
+
+
+def _strips(height: int) -> Iterator[slice]:
+    return (slice(top, top + _STRIP_ROWS) for top in range(0, height, _STRIP_ROWS))
 
 
 _SPAN = (2640, 2240)
 """Columns and rows in the middle over which the gradient runs from dark to bright."""
 
 
-def _gradient(height: int, width: int) -> NDArray[np.float32]:
+def _gradient(height: int, width: int) -> NDArray[np.uint16]:
     """Return grey from dark to bright along the diagonal, with a soft spot of light."""
     x = (np.arange(width, dtype=np.float32) - width / 2) / _SPAN[0] + 0.5
     y = (np.arange(height, dtype=np.float32)[:, None] - height / 2) / _SPAN[1] + 0.5
     spot_x, spot_y = np.exp(-(((x - 0.66) / 0.22) ** 2)), np.exp(-(((y - 0.36) / 0.22) ** 2))
-    gradient = (0.18 * spot_y) * spot_x
-    gradient += np.float32(0.31) * x
-    gradient += np.float32(0.31) * y + np.float32(0.06)
-    np.maximum(gradient, np.float32(0.02), out=gradient)
-    return gradient.astype(np.float32, copy=False)
+    grey = np.empty((height, width), np.uint16)
+    for rows in _strips(height):
+        strip = (0.18 * UNIT * spot_y[rows]) * spot_x
+        strip += np.float32(0.31 * UNIT) * x
+        strip += np.float32(0.31 * UNIT) * y[rows] + np.float32(0.06 * UNIT)
+        grey[rows] = np.maximum(strip, 0.02 * UNIT, out=strip)
+    return grey
 
 
-def _grid(grey: NDArray[np.float32]) -> None:
+def _grid(grey: NDArray[np.uint16]) -> None:
     """Draw lines every 128 pixels, one of them through the centre."""
     height, width = grey.shape
-    grey[height // 2 % 128 :: 128] *= 0.86
-    grey[:, width // 2 % 128 :: 128] *= 0.86
+    for lines in (grey[height // 2 % 128 :: 128], grey[:, width // 2 % 128 :: 128]):
+        lines[...] = lines * 0.86
 
 
-def _siemens_star(grey: NDArray[np.float32], centre: tuple[int, int], radius: int, spokes: int = 36) -> None:
+def _siemens_star(grey: NDArray[np.uint16], centre: tuple[int, int], radius: int, spokes: int = 36) -> None:
     """Draw spokes that converge at the centre; the radius at which they merge shows the sharpness."""
     x0, y0 = centre
     y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(np.float32)
     distance = np.hypot(x, y)
     # The edge is as wide as a pixel, so that the star looks as if a lens had drawn it.
     wave = np.sin(np.arctan2(y, x) * spokes) * distance / spokes * 2
-    star = 0.05 + 0.85 * np.clip(wave + 0.5, 0, 1)
+    star = (0.05 + 0.85 * np.clip(wave + 0.5, 0, 1)) * UNIT
     patch = grey[y0 - radius : y0 + radius + 1, x0 - radius : x0 + radius + 1]
-    np.copyto(patch, star, where=distance <= radius)
+    np.copyto(patch, star, "unsafe", where=distance <= radius)
 
 
-def _steps(grey: NDArray[np.float32], corner: tuple[int, int], size: int, count: int) -> None:
+def _steps(grey: NDArray[np.uint16], corner: tuple[int, int], size: int, count: int) -> None:
     """Draw neutral patches from black to beyond white."""
     x, y = corner
     for index, value in enumerate(np.linspace(0.02, 1.1, count)):
-        grey[y : y + size, x + index * size : x + (index + 1) * size] = value
+        grey[y : y + size, x + index * size : x + (index + 1) * size] = value * UNIT
 
 
-def _line_pairs(grey: NDArray[np.float32], corner: tuple[int, int]) -> None:
+def _line_pairs(grey: NDArray[np.uint16], corner: tuple[int, int]) -> None:
     """Draw vertical lines of 1 to 6 pixels."""
     x, y = corner
     for width in range(1, 7):
         columns = (np.arange(72) // width) % 2
-        grey[y : y + 130, x : x + 72] = np.where(columns, 0.9, 0.05)
+        grey[y : y + 130, x : x + 72] = np.where(columns, 0.9, 0.05) * UNIT
         x += 84
 
 
 def _checkerboard(
-    grey: NDArray[np.float32], corner: tuple[int, int], size: int, fields: tuple[int, int]
+    grey: NDArray[np.uint16], corner: tuple[int, int], size: int, fields: tuple[int, int]
 ) -> None:
     x, y = corner
     columns, rows = fields
-    board = (np.indices((rows, columns)).sum(axis=0) % 2).astype(np.float32)
-    grey[y : y + rows * size, x : x + columns * size] = np.kron(0.05 + 0.85 * board, np.ones((size, size)))
+    board = (0.05 + 0.85 * (np.indices((rows, columns)).sum(axis=0) % 2)) * UNIT
+    grey[y : y + rows * size, x : x + columns * size] = np.kron(board, np.ones((size, size)))
 
 
 _PATCHES = (
