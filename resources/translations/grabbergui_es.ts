@@ -4314,7 +4314,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/models/recording.py" line="172"/>
         <source>recorded {0} to {1}</source>
-        <translation>grabado: {0} en {1}</translation>
+        <translation>grabación de {0} en {1}</translation>
     </message>
 </context>
 <context>
