@@ -81,3 +81,14 @@ def test_a_screen_reader_says_the_state_of_a_source_in_the_windows_language(view
     request.addfinalizer(lambda: speak(qapp, "en"))
     view.setSources([ListedSource(DeviceInfo("sim:"), connected=True)])
     assert view.sourceList.item(0).data(Qt.AccessibleTextRole).endswith("conectada")
+
+
+def test_the_known_addresses_are_hidden_once_an_address_is_used(view, qtbot):
+    """Ctrl+B left them open over the list, where they took the next keys."""
+    view.setRecent(["gige:127.0.0.1"])
+    view.activateWindow()
+    view.focusAddress()
+    qtbot.keyClicks(view.addressEdit, "gige:127")
+    qtbot.waitUntil(view.addressEdit.completer().popup().isVisible)
+    view.requestBeside()
+    assert not view.addressEdit.completer().popup().isVisible()

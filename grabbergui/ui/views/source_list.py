@@ -178,7 +178,7 @@ class SourceListView(QWidget):
         if (viewport := self.sourceList.viewport()) is not None:
             viewport.setAutoFillBackground(False)  # the cards lie on the window itself
         self.addressEdit.returnPressed.connect(self._on_address_entered)
-        self.addressEdit.textChanged.connect(self._update_button)
+        self.addressEdit.textChanged.connect(self._on_address_changed)
         self.refreshButton.clicked.connect(self.refreshRequested)
         self.sourceList.itemActivated.connect(self._on_item_activated)
         self.sourceList.itemSelectionChanged.connect(self._update_button)
@@ -274,6 +274,12 @@ class SourceListView(QWidget):
     def _on_address_entered(self) -> None:
         if address := self.addressEdit.text().strip():
             self.addressEntered.emit(address)
+
+    def _on_address_changed(self, text: str) -> None:
+        completer = self.addressEdit.completer()
+        if not text and completer is not None and (popup := completer.popup()) is not None:
+            popup.hide()  # otherwise it takes the next keys
+        self._update_button()
 
     def _on_item_activated(self, item: QListWidgetItem) -> None:
         self.connectRequested.emit(item.data(SOURCE_ROLE).info.uri)
