@@ -36,7 +36,7 @@ def test_a_closed_camera_takes_no_callbacks(camera: grabbergui.Camera) -> None:
     threads = threading.active_count()
     with pytest.raises(DeviceLostError, match="is closed"):
         camera.on("lost", print)
-    assert threading.active_count() == threads
+    assert threading.active_count() <= threads
 
 
 def test_events_reach_a_callback(camera: grabbergui.Camera) -> None:
