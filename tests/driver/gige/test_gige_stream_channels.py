@@ -13,6 +13,8 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.driver.gige.bootstrap import Register, StreamChannel
+from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -41,6 +43,28 @@ def opened(stage: ExitStack, options: str, faults: Faults | None = None) -> tupl
 
 def open_ports(camera: GigeCamera) -> list[bool]:
     return [bool(camera.control.memory.integer(channel.scp)) for channel in gev.CHANNELS]
+
+
+def test_a_stream_that_starts_again_reads_only_what_may_have_changed(
+    stage: ExitStack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each request takes about a millisecond, and the stream rests meanwhile."""
+    read: list[int] = []
+    read_register = DeviceMemory.read_register
+
+    def noted(memory: DeviceMemory, address: int) -> int:
+        read.append(address)
+        return read_register(memory, address)
+
+    _, grabber = opened(stage, "?packet_size=1000")
+    grabber.start()
+    grabber.stop()
+    monkeypatch.setattr(DeviceMemory, "read_register", noted)
+    grabber.start()
+    channel = StreamChannel(0)
+    assert read.count(channel.packet_size) == 2, "before and after it is written"
+    others = {address for address in read if address != channel.packet_size}
+    assert others == {channel.source_port, Register.GVSP_CONFIGURATION}
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])

@@ -7,6 +7,7 @@ import socket
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 
 from grabbergui.core.errors import (
     AccessDeniedError,
@@ -105,6 +106,8 @@ class Stream:
         self._channel = StreamChannel(channel)
         self._tests_arrive = True
         "Whether test packets are worth a request; False once none of them came."
+        self._big_endian = False
+        "Byte order of the pixels that the camera sends."
         self._receiver: StreamReceiver | None = None
         self._ring: PacketRing | None = None
         "That of the current or the last stream, if it had one."
@@ -122,7 +125,6 @@ class Stream:
         check_payload_size(request.payload_size)
         receiver = self._open_socket(request.payload_size)
         try:
-            flags = self._memory.read_register(self._channel.packet_size)
             stride = gvsp.payload_stride(self.packet_size, extended=self._has_extended_ids())
             if stride < LEAST_STRIDE:
                 raise TransportError(
@@ -140,7 +142,7 @@ class Stream:
             )
             builder = FrameBuilder(
                 tick_frequency,
-                big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS),
+                big_endian=self._big_endian,
                 channel=self._channel.index,
             )
             source = self._open_source(receiver, request.payload_size)
@@ -194,15 +196,21 @@ class Stream:
                 self._options.packet_size, receiver, self._device_ip, can_test=self._tests_arrive
             )
             self._tests_arrive = self._tests_arrive and sizer.tests_arrive
+            self._big_endian = sizer.big_endian
             self._open_firewall(receiver)
         except BaseException:
             receiver.close()
             raise
         return receiver
 
+    @cached_property
+    def _version(self) -> int:
+        """The major version of GigE Vision that the camera follows."""
+        return self._memory.read_register(Register.VERSION) >> 16
+
     def _has_extended_ids(self) -> bool:
         """Return whether the camera sends 64-bit block ids, which take twelve bytes of each packet."""
-        if self._memory.read_register(Register.VERSION) >> 16 < 2:
+        if self._version < 2:
             return False  # the register came with GigE Vision 2.0
         try:
             configuration = self._memory.read_register(Register.GVSP_CONFIGURATION)
@@ -225,7 +233,9 @@ class Stream:
         try:
             join_multicast(receiver, group, self._interface.ip)
             self.port = port
-            self.packet_size = self._memory.read_register(self._channel.packet_size) & PACKET_SIZE_MASK
+            register = self._memory.read_register(self._channel.packet_size)
+            self.packet_size = register & PACKET_SIZE_MASK
+            self._big_endian = bool(register & PacketSizeFlag.BIG_ENDIAN_PIXELS)
         except BaseException:
             receiver.close()
             raise

@@ -69,8 +69,8 @@ class PacketSizer:
         self._read = read
         self._write = write
         self._interface = interface
-        self._kept = 0
-        "What stands beside the size in the register, and stays."
+        self.big_endian = False
+        "Byte order of pixels, which stands beside the size in the register, and stays."
         self.tests_arrive = True
         "False once test packets were requested in vain."
 
@@ -84,7 +84,8 @@ class PacketSizer:
         """
         limit = min(self._interface.mtu, PACKET_SIZE_MASK)
         register = self._read(self._register)
-        current, self._kept = register & PACKET_SIZE_MASK, register & PacketSizeFlag.BIG_ENDIAN_PIXELS
+        current = register & PACKET_SIZE_MASK
+        self.big_endian = bool(register & PacketSizeFlag.BIG_ENDIAN_PIXELS)
         if policy.mode == "keep" or (policy.mode == "auto" and self._interface.loopback and current):
             self._warn_if_too_large(current, limit)
             return current
@@ -114,7 +115,7 @@ class PacketSizer:
         flags = PacketSizeFlag.FIRE_TEST_PACKET | PacketSizeFlag.DO_NOT_FRAGMENT
         for _ in range(TEST_TRIES):
             try:
-                self._write(self._register, self._kept | flags | size)
+                self._write(self._register, flags | self._kept | size)
             except (DeviceStatusError, AccessDeniedError):  # some devices do not answer what they refuse
                 return False
             deadline = time.monotonic() + TEST_WAIT
@@ -125,6 +126,10 @@ class PacketSizer:
                 if source == device_ip and len(datagram) == size - IP_UDP_BYTES:
                     return True
         return False
+
+    @property
+    def _kept(self) -> int:
+        return PacketSizeFlag.BIG_ENDIAN_PIXELS if self.big_endian else 0
 
     def _set(self, size: int) -> int:
         self._write(self._register, self._kept | size - size % STEP)
@@ -197,23 +202,23 @@ class PacketDelayPolicy:
 
 def settle_delay(
     memory: DeviceMemory, channel: StreamChannel, policy: PacketDelayPolicy, packet_size: int, frequency: int
-) -> int:
-    """Write the pause in ticks of the camera's clock (`frequency` Hz); return the ticks read back.
+) -> None:
+    """Write the pause that is wanted, if one is, in ticks of the camera's clock (`frequency` Hz).
 
     Raises as register reads and writes do.
     """
-    pause = policy.pause(packet_size, _link_of(memory))
+    link = USUAL_LINK if policy.bytes_per_second is None else _link_of(memory)
+    pause = policy.pause(packet_size, link)
     if pause is None:
-        return memory.read_register(channel.packet_delay)
+        return
     if not frequency:
         log.warning("this camera has no clock, so its packet delay cannot be set")
-        return 0
+        return
     ticks = round(pause * frequency)
     memory.write_register(channel.packet_delay, ticks)
     held = memory.read_register(channel.packet_delay)
     if abs(held - ticks) > max(1, ticks // 10):
         log.warning("packet delay of %d ticks was requested, the camera uses %d", ticks, held)
-    return held
 
 
 def _link_of(memory: DeviceMemory) -> float:
