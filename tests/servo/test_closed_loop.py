@@ -3,6 +3,7 @@
 import argparse
 import dataclasses
 import errno
+import functools
 import json
 import math
 import os
@@ -36,6 +37,12 @@ def run_to_the_marker():
     run = closed_loop.ClosedLoop(things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
     run.run(20, State.REACHED)
     return run
+
+
+@functools.cache
+def cycles_to_the_marker():
+    """Return the cycles of a whole run, which takes seconds, for all tests that only read them."""
+    return tuple(run_to_the_marker().cycles)
 
 
 def test_it_looks_waits_approaches_and_arrives():
@@ -319,9 +326,8 @@ def test_a_camera_with_noise_never_repeats_its_image():
 
 # -- what is left behind -------------------------------------------------------------------------
 def test_the_report_of_a_run(tmp_path):
-    run = run_to_the_marker()
     recorder = report.Recorder(tmp_path / "out", closed_loop.calibration().scaled_to)
-    for cycle in run.cycles:
+    for cycle in cycles_to_the_marker():
         recorder.add(cycle, None, None)
     written = recorder.finish({"true_error_mm": float("nan"), "limit_violations": 0})
     assert written["reached"]
@@ -332,7 +338,6 @@ def test_the_report_of_a_run(tmp_path):
 
 
 def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path, monkeypatch, caplog):
-    run = run_to_the_marker()
     recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
     frame = frame_of(np.zeros((closed_loop.HEIGHT, closed_loop.WIDTH), np.uint8))
 
@@ -340,7 +345,7 @@ def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(MovieFile, "add", full)
-    for cycle in run.cycles:
+    for cycle in cycles_to_the_marker():
         recorder.add(cycle, frame, None)
     assert recorder.finish({})["reached"]
     assert json.loads((tmp_path / "report.json").read_text())["reached"]
@@ -350,10 +355,9 @@ def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path
 
 
 def test_plots_that_cannot_be_written_are_missed_aloud(tmp_path, caplog):
-    run = run_to_the_marker()
     recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
     (tmp_path / "plots.png").mkdir()
-    for cycle in run.cycles:
+    for cycle in cycles_to_the_marker():
         recorder.add(cycle, None, None)
     assert recorder.finish({})["reached"]
     assert [record.message for record in caplog.records] == [
@@ -379,7 +383,7 @@ def test_a_report_on_a_full_disk_is_named(tmp_path, monkeypatch):
 def test_states_that_cannot_be_printed_are_no_internal_error(output, ends, monkeypatch):
     """The loop ended with a traceback."""
     descriptor = os.open(output, os.O_WRONLY) if output == "/dev/full" else unread_pipe()
-    outcome, cycle = command._Outcome(), run_to_the_marker().cycles[0]
+    outcome, cycle = command._Outcome(), cycles_to_the_marker()[0]
     with os.fdopen(descriptor, "w") as stdout:
         monkeypatch.setattr(sys, "stdout", stdout)
         outcome.note(cycle)
