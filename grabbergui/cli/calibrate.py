@@ -143,7 +143,7 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
         saved = standalone.calibrate(grabber, settings(options), options.screenshot, seconds, theme, stop)
     if saved is not None:
         print(f"saved as {saved}")
-    elif seconds is None:
+    elif seconds is None and not stop.is_set():
         raise CalibrationError("the window was closed, and no calibration saved")
     return 0
 

@@ -2110,7 +2110,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
         <source>Camera on the &amp;head, board fixed</source>
-        <translation>Cámara en la c&amp;abeza, tablero fijo</translation>
+        <translation>Cámara en la ca&amp;beza, tablero fijo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
@@ -2164,7 +2164,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="87"/>
-        <source>&amp;Number</source>
+        <source>N&amp;umber</source>
         <translation>&amp;Número</translation>
     </message>
     <message>
@@ -2175,7 +2175,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="89"/>
         <source>A&amp;cross, down</source>
-        <translation>A&amp;ncho, alto</translation>
+        <translation>Anc&amp;ho, alto</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
@@ -4669,7 +4669,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
-        <source>Hand at mos&amp;t</source>
+        <source>Han&amp;d at most</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>

@@ -1,12 +1,16 @@
 """Forms are compiled once, and anew after a change."""
 
 import os
+import re
 import sys
+from itertools import combinations
+from xml.etree import ElementTree
 
 import pytest
 from PyQt5 import uic
 from PyQt5.QtWidgets import QWidget
 
+from grabbergui.core.environment import RESOURCES
 from grabbergui.ui import windows
 
 FORM = """<ui version="4.0"><class>Card</class><widget class="QWidget" name="Card">
@@ -61,3 +65,41 @@ def test_all_forms_can_be_compiled_before_they_are_needed(forms):
     (forms / "card.ui").write_text(FORM.format(text="Save", icon="record"))
     windows.compile_forms()
     assert [file.name.split(".")[0] for file in (forms / "__pycache__").iterdir()] == ["card"]
+
+
+# -- the letters that Alt presses ----------------------------------------------------------------
+PAGES = ("QStackedWidget", "QTabWidget")
+
+
+def texts(widget, pages=frozenset()):
+    """Yield the texts with a letter below a widget, and the pages of stacks on which each one is."""
+    for child in widget:
+        if child.tag == "widget":
+            own = {(widget.get("name"), child.get("name"))} if widget.get("class") in PAGES else set()
+            if child.get("class") not in ("QMenu", "QMenuBar"):
+                yield from texts(child, pages | own)
+        elif child.tag in ("layout", "item"):
+            yield from texts(child, pages)
+        elif child.get("name") in ("text", "title") and "&" in (text := child.findtext("string") or ""):
+            yield text, pages
+
+
+def spanish(form):
+    """Return the translations of a form."""
+    file = ElementTree.parse(RESOURCES / "translations" / "grabbergui_es.ts")
+    contexts = (each for each in file.iter("context") if each.findtext("name") == form)
+    return {m.findtext("source"): m.findtext("translation") for c in contexts for m in c.iter("message")}
+
+
+@pytest.mark.parametrize("file", sorted(windows._FORMS.glob("*.ui")), ids=lambda file: file.stem)
+def test_a_letter_presses_one_control(file):
+    """Alt+N moved the cursor to a field instead of pressing Next."""
+    form = ElementTree.parse(file).getroot()
+    for translate in (lambda text: text, spanish(form.findtext("class")).get):
+        letters = [
+            (re.search(r"&(\w)", translate(text))[1].lower(), pages)
+            for text, pages in texts(form.find("widget"))
+        ]
+        for (one, at), (other, there) in combinations(letters, 2):
+            apart = any(a == b and page != beside for a, page in at for b, beside in there)
+            assert apart or one != other, f"Alt+{one} in {[text for text, _ in texts(form.find('widget'))]}"
