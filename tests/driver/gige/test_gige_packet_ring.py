@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import socket
 from collections.abc import Iterator
@@ -137,6 +138,19 @@ def test_without_the_right_to_it_the_socket_serves(
     said = [(record.levelname, record.getMessage()) for record in caplog.records]
     reason = "Operation not permitted; it needs CAP_NET_RAW"
     assert [logged for logged, text in said if reason in text] == [level]
+
+
+def test_without_memory_for_it_the_socket_serves(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOMEM, "Cannot allocate memory")
+
+    monkeypatch.setattr(channel, "PacketRing", refuse)
+    with streaming(options="&packet_ring=1") as grabber:
+        check_frames(grabber, 2)
+    (said,) = [text for text in caplog.messages if "not through a packet ring" in text]
+    assert said.endswith("Cannot allocate memory")
 
 
 def test_two_cameras_and_two_channels_have_a_ring_each(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -280,8 +280,10 @@ class Stream:
                     wanted=wanted_bytes(payload_size),
                 )
             reason = "it needs Linux on x86-64 and packets no larger than the interface's"
-        except OSError as error:
+        except PermissionError as error:
             reason = f"{error.strerror}; it needs CAP_NET_RAW"
+        except OSError as error:  # the kernel has no memory for it
+            reason = str(error)
         level = logging.WARNING if self._options.packet_ring is RingUse.ALWAYS else logging.DEBUG
         log.log(level, "packets are received by system calls, not through a packet ring: %s", reason)
         return None
