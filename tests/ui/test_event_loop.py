@@ -22,6 +22,9 @@ ATTEMPTS = 4
 TICK_MS = 5
 "A turn counts as up to so much longer than it was. At 0 the event loop would never sleep."
 
+BUILDING = 150.0
+"Seconds that hundreds of editors may take beside a stream on a busy machine: only a turn must be short."
+
 VENDORS = Path(
     os.environ.get("GRABBERGUI_GENICAM_XML", Path(__file__).parents[2].parent / "shared" / "genicam-xml")
 )
@@ -82,7 +85,7 @@ def open_sections(app, count):
             for name in panel.watched
         )
 
-    app.until(built)
+    app.until(built, BUILDING)
 
 
 def longest_turns(attempt):
@@ -101,13 +104,14 @@ def test_the_wide_camera_is_as_large_as_the_largest():
     assert nodes(wide_description(camera_xml())) >= 3500
 
 
+@pytest.mark.timeout(BUILDING + 80)
 def test_no_turn_takes_100_ms_while_a_camera_of_3500_nodes_opens_is_shown_and_streams(warm_desk):
     app = warm_desk
     app.program.connection._create = create_wide
 
     def attempt():
         with turns_of_the_event_loop() as turns:
-            app.connect("sim:")
+            app.connect()
             app.watch(10)
             opened = len(turns)
             open_sections(app, 30)
