@@ -241,9 +241,10 @@ def _executor(context: Any) -> Any:
 
 def steady_timer(node: Any, seconds: float, callback: Callable[[], None], **options: Any) -> Any:
     """Return a timer of a node that neither `use_sim_time` nor a change of the system's time stops."""
-    from rclpy.clock import Clock, ClockType
+    from rclpy.clock import Clock
 
-    return node.create_timer(seconds, callback, clock=Clock(clock_type=ClockType.STEADY_TIME), **options)
+    kinds = type(node.get_clock().clock_type)  # which each release of rclpy has in another module
+    return node.create_timer(seconds, callback, clock=Clock(clock_type=kinds.STEADY_TIME), **options)
 
 
 def _require_domain(text: str) -> None:

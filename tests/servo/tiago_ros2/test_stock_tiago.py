@@ -18,6 +18,7 @@ pytestmark = pytest.mark.ros2
 from controller_manager_msgs.msg import ControllerState  # noqa: E402
 from controller_manager_msgs.srv import ListControllers  # noqa: E402
 from fake_tiago import FakeTiago  # noqa: E402
+from rclpy.clock import Clock  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from rclpy.task import Future  # noqa: E402
@@ -80,6 +81,9 @@ class SilentManager:
 
     def create_client(self, kind, service):
         return self
+
+    def get_clock(self):
+        return Clock()
 
     def create_timer(self, seconds, callback, clock):
         self.tick = callback
