@@ -230,6 +230,7 @@ class UrdfChain(Chain):
         self._pinocchio = pinocchio
         resting = [model.getJointId(other) for other in model.names[1:] if other not in joints]
         self._model = pinocchio.buildReducedModel(model, resting, pinocchio.neutral(model))
+        self._scratch = threading.local()
         self._signs = np.ones(len(joints)) if signs is None else np.asarray(signs, np.float64)
         low, high = (
             self._signs * limit for limit in (self._model.lowerPositionLimit, self._model.upperPositionLimit)
@@ -252,9 +253,16 @@ class UrdfChain(Chain):
         """Return the last of `frames`, in less than half of the time."""
         return self._placed(angles)[1]
 
+    def _data(self) -> Any:
+        """Pinocchio's workspace, one for each thread: making it takes as long as what is computed in it."""
+        scratch = self._scratch
+        if not hasattr(scratch, "data"):
+            scratch.data = self._model.createData()
+        return scratch.data
+
     def _placed(self, angles: ArrayLike) -> tuple[Any, Pose]:
-        """Pinocchio's data with every joint in its place, not shared, as any thread may ask; and the tool."""
-        data = self._model.createData()
+        """Pinocchio's data with every joint in its place, until this thread's next call; and the tool."""
+        data = self._data()
         self._pinocchio.forwardKinematics(self._model, data, self._signs * self.checked(angles))
         end = self._pinocchio.updateFramePlacement(self._model, data, self._end).homogeneous
         tool: Pose = self._from_world @ (end @ self._tool)
@@ -264,7 +272,7 @@ class UrdfChain(Chain):
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
         jacobian = self._pinocchio.computeFrameJacobian(
             self._model,
-            self._model.createData(),  # not shared: any thread may ask
+            self._data(),
             self._signs * self.checked(angles),
             self._end,
             self._pinocchio.LOCAL_WORLD_ALIGNED,
