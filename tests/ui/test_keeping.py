@@ -455,3 +455,17 @@ def test_the_dialog_goes_with_its_camera(app):
     app.program.connection.disconnect()
     app.until(lambda: app.program.user_sets.dialog is None)
     assert not app.window.actionUserSets.isEnabled()
+
+
+def test_invalid_lines_of_files_that_are_compared_are_listed(make_app, tmp_path):
+    """A damaged file counted as equal to a whole one, without a word."""
+    app = make_app()
+    whole, damaged = tmp_path / "a.yaml", tmp_path / "b.yaml"
+    whole.write_text("features:\n  Gain: 1.0\n")
+    damaged.write_text("features:\n  Gain: 1.0\n  Gamma: [1\n")
+    app.program.settings_files.compare_files(whole, damaged)
+    dialog = app.program.settings_files.difference
+    rows = [dialog.table.topLevelItem(row).text(0) for row in range(dialog.table.topLevelItemCount())]
+    assert [row.startswith(f"{damaged}, line 3: ") for row in rows] == [True]
+    assert dialog.checked() == []
+    dialog.close()

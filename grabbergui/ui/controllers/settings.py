@@ -224,7 +224,8 @@ class SettingsFilesController(QObject):
             self._messages.error(error_text(error))
             return
         dialog = SettingsDifference(self._window)
-        dialog.setDifferences((first.name, second.name), compare(one, other), source is not None)
+        names, lost_lines = (first.name, second.name), (*one.lost_lines, *other.lost_lines)
+        dialog.setDifferences(names, compare(one, other), source is not None, lost_lines)
         dialog.firstRequested.connect(partial(self._load, first.name, lambda _: one))
         dialog.secondRequested.connect(partial(self._load, second.name, lambda _: other))
         dialog.finished.connect(self._on_difference_finished)

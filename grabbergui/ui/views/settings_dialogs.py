@@ -156,9 +156,16 @@ class SettingsDifference(QDialog):
         self.secondButton.clicked.connect(lambda: self._apply(self.secondRequested.emit))
 
     def setDifferences(
-        self, names: tuple[str, str], differences: Sequence[Difference], applicable: bool
+        self,
+        names: tuple[str, str],
+        differences: Sequence[Difference],
+        applicable: bool,
+        lost_lines: Sequence[str] = (),
     ) -> None:
-        """Show the differences of two named sets; `applicable` if there is a camera to write them to."""
+        """Show the differences of two named sets; `applicable` if there is a camera to write them to.
+
+        `lost_lines` are the invalid lines of their files, a sentence each.
+        """
         first, second = names
         self.headline.setText(
             counted(
@@ -185,6 +192,11 @@ class SettingsDifference(QDialog):
         for column in range(3):
             self.table.resizeColumnToContents(column)
         self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
+        for line in lost_lines:
+            row = QTreeWidgetItem([line])
+            row.setToolTip(0, line)
+            self.table.addTopLevelItem(row)
+            row.setFirstColumnSpanned(True)
 
     def checked(self) -> list[SettingKey]:
         """The ticked settings."""
