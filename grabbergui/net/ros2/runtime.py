@@ -160,6 +160,7 @@ class Ros2Node:
         _require_domain(os.environ.get("ROS_DOMAIN_ID", ""))
         use_transports(shared_memory=shared_memory)
         import rclpy
+        from rclpy.executors import SingleThreadedExecutor
         from rclpy.signals import SignalHandlerOptions
 
         self.context = rclpy.Context()
@@ -175,7 +176,7 @@ class Ros2Node:
             if not ros_args:
                 raise
             raise UsageError(f"--ros-args {' '.join(ros_args)}: {_without_places(error)}") from error
-        self._executor = _executor(self.context)
+        self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._joined = time.monotonic()
         self._closed = threading.Event()
@@ -224,19 +225,6 @@ class Ros2Node:
             except Exception:
                 # One failed callback must not stop the others.
                 log.exception("%s: a callback failed", self._thread.name)
-
-
-def _executor(context: Any) -> Any:
-    """Return rclpy's executor in C++, where it has one, which needs a third of the time of that in Python."""
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.impl.implementation_singleton import rclpy_implementation
-
-    if not hasattr(rclpy_implementation, "EventsExecutor"):  # before Kilted
-        return SingleThreadedExecutor(context=context)
-    # As rclpy.experimental does, which also enables faulthandler: that fails without a stderr.
-    executor = rclpy_implementation.EventsExecutor(context)
-    context.on_shutdown(executor.wake)
-    return executor
 
 
 def steady_timer(node: Any, seconds: float, callback: Callable[[], None], **options: Any) -> Any:

@@ -263,7 +263,6 @@ def test_a_read_only_server_refuses_a_new_frame_id(serve):
     parameters.close()
 
 
-@pytest.mark.filterwarnings("ignore:Deprecated in favor of")  # how rclpy itself logs the error
 def test_an_event_for_a_subscription_that_another_thread_ended_is_no_failure(domain, caplog):
     from rclpy.exceptions import InvalidHandle
 
