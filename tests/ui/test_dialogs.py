@@ -123,3 +123,11 @@ def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, qapp, monkey
     assert dialog.size() == ROOM, "it may be made as large as the screen"
     assert not out_of_sight(dialog)
     dialog.close()
+
+
+def test_a_report_counts_invalid_lines(qtbot):
+    dialog = SettingsReport()
+    qtbot.addWidget(dialog)
+    setting = SettingReport(SettingKey("Gain"), 1.0, Outcome.EQUAL)
+    dialog.setReport("Loaded", LoadReport((setting,), FeatureSet({}), lost_lines=("a.yaml, line 3: odd",)))
+    assert dialog.headline.text() == "1 equal, 1 not a setting"

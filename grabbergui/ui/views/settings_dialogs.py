@@ -98,7 +98,8 @@ class SettingsReport(QDialog):
         self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
 
     def _summary(self, report: LoadReport) -> str:
-        counts = ((report.count(outcome), self._outcome(outcome)) for outcome in Outcome)
+        counts = [(report.count(outcome), self._outcome(outcome)) for outcome in Outcome]
+        counts.append((len(report.lost_lines), self.tr("not a setting")))
         return ", ".join(f"{count} {name}" for count, name in counts if count) or self.tr("Nothing to do")
 
     def _outcome(self, outcome: Outcome) -> str:
