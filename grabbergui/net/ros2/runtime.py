@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import ctypes
 import functools
@@ -184,6 +185,8 @@ class Ros2Node:
 
     def start(self) -> None:
         """Let callbacks run from now on."""
+        # Python ends a thread that is still in rclpy by unwinding C++, which ends the program by `terminate`.
+        atexit.register(self.close)
         self._thread.start()
 
     def discovered(self, condition: Callable[[], bool], since: float | None = None) -> bool:
@@ -201,6 +204,7 @@ class Ros2Node:
         if self._closed.is_set():
             return
         self._closed.set()
+        atexit.unregister(self.close)
         # A task ends the wait for callbacks immediately; `wake` alone does not.
         self._executor.create_task(lambda: None)
         if self._thread.is_alive() and self._thread is not threading.current_thread():

@@ -53,6 +53,16 @@ def test_a_program_leaves_no_log_of_ros(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_program_that_leaves_its_node_open_ends_well():
+    """Python unwound the node's thread through C++, which ended the program by `terminate`."""
+    program = (
+        "import time; from grabbergui.net.ros2.runtime import Ros2Node; ros = Ros2Node('left_open'); "
+        "ros.node.create_timer(0.002, lambda: None); ros.start(); time.sleep(0.3)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_log_of_ros_that_is_wanted_needs_its_folder(tmp_path):
     (tmp_path / "file").touch()
     served = _run(
