@@ -43,6 +43,8 @@ DISCOVERY_S = 4.0
 """Seconds within which a node discovers the others, their names and services.
 
 Messages of Fast DDS's discovery that were lost are repeated after 3 s."""
+AT_EXIT_S = 2.0
+"Seconds for which the end of the program waits for a callback."
 SHARED_MEMORY = Path("/dev/shm")
 "Where Fast DDS has it."
 
@@ -186,7 +188,7 @@ class Ros2Node:
     def start(self) -> None:
         """Let callbacks run from now on."""
         # Python ends a thread that is still in rclpy by unwinding C++, which ends the program by `terminate`.
-        atexit.register(self.close)
+        atexit.register(self._end_thread, AT_EXIT_S)
         self._thread.start()
 
     def discovered(self, condition: Callable[[], bool], since: float | None = None) -> bool:
@@ -203,16 +205,19 @@ class Ros2Node:
         """End the thread and leave the network. May be called twice."""
         if self._closed.is_set():
             return
-        self._closed.set()
-        atexit.unregister(self.close)
-        # A task ends the wait for callbacks immediately; `wake` alone does not.
-        self._executor.create_task(lambda: None)
-        if self._thread.is_alive() and self._thread is not threading.current_thread():
-            self._thread.join()
+        atexit.unregister(self._end_thread)
+        self._end_thread()
         self._executor.remove_node(self.node)
         self.node.destroy_node()
         self._executor.shutdown()
         self.context.try_shutdown()
+
+    def _end_thread(self, timeout: float | None = None) -> None:
+        self._closed.set()
+        # A task ends the wait for callbacks immediately; `wake` alone does not.
+        self._executor.create_task(lambda: None)
+        if self._thread.is_alive() and self._thread is not threading.current_thread():
+            self._thread.join(timeout)
 
     def _spin(self) -> None:
         from rclpy.exceptions import InvalidHandle
