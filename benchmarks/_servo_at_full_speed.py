@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks._priority import run_as_others
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.priority import run_first
+from grabbergui.core.scheduling import run_first
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo.config import ArmConfig, Config
 from grabbergui.servo.gate import Command, CommandGate

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from grabbergui.calibration.geometry import Pose
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.priority import run_first, single_threaded
+from grabbergui.core.scheduling import run_first, single_threaded
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.rendered_scene import RenderedScene, Things

@@ -20,7 +20,7 @@ from benchmarks._results import Goal, Section, Table, machine
 from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_image, random_start, spread
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.core.priority import single_threaded
+from grabbergui.core.scheduling import single_threaded
 from grabbergui.driver.sim.rendered_scene import Things, board_pose, swaying
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig

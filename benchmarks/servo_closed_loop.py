@@ -17,7 +17,7 @@ from benchmarks._results import Goal, Section, Table, machine
 from benchmarks._viewpoint import looking_at
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.core.priority import single_threaded
+from grabbergui.core.scheduling import single_threaded
 from grabbergui.driver.sim.rendered_scene import Things, swaying
 from grabbergui.servo import control
 from grabbergui.servo.closed_loop import ClosedLoop, in_base

@@ -23,7 +23,7 @@ from benchmarks._document import markdown
 from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.priority import single_threaded
+from grabbergui.core.scheduling import single_threaded
 from grabbergui.driver.sim import rendered_world as world
 from grabbergui.servo.detection import CascadeFaceDetector, FaceDetector, YuNetFaceDetector, installed_model
 

@@ -21,7 +21,7 @@ from benchmarks._priority import run_as_others
 from benchmarks._results import Goal, Section, Table, machine
 from benchmarks._servo_at_full_speed import SPEED
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.priority import run_first
+from grabbergui.core.scheduling import run_first
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.robots import teo, tiago

@@ -22,7 +22,7 @@ from grabbergui import sources
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.priority import run_first, single_threaded
+from grabbergui.core.scheduling import run_first, single_threaded
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 
 from grabbergui.core.environment import shell_command, sudo_command
 from grabbergui.core.errors import AccessDeniedError, GrabberError
-from grabbergui.core.priority import REALTIME, realtime_threads_permitted
+from grabbergui.core.scheduling import REALTIME, realtime_threads_permitted
 from grabbergui.setup.parts import UDEV_RULES, installed_udev_rule
 
 if TYPE_CHECKING:

@@ -143,7 +143,7 @@ def configuration(options: argparse.Namespace) -> Config:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.core.priority import single_threaded
+    from grabbergui.core.scheduling import single_threaded
     from grabbergui.servo import closed_loop
     from grabbergui.servo.detection import Detector
     from grabbergui.servo.runner import Runner

@@ -266,7 +266,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
 
 def _robot_with_camera(model: KinematicModel, fps: float, stack: ExitStack) -> tuple[SimRobot, FrameGrabber]:
     """Return a simulated robot and the open camera on its head, both until the stack ends."""
-    from grabbergui.core.priority import single_threaded
+    from grabbergui.core.scheduling import single_threaded
     from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
     from grabbergui.servo.robots.simulated import SimRobot

@@ -34,7 +34,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from grabbergui.core.priority import lock_memory, run_first
+from grabbergui.core.scheduling import lock_memory, run_first
 
 KINDS = {
     "yarp stream": "grabbergui.servo.guardian_yarp:StreamChannel",

@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 import pytest
 
-from grabbergui.core import priority
-from grabbergui.core.priority import FRAMES, REALTIME, REVIEW, RealtimeThread, realtime_threads_permitted
+from grabbergui.core import scheduling
+from grabbergui.core.scheduling import FRAMES, REALTIME, REVIEW, RealtimeThread, realtime_threads_permitted
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux schedules threads by these calls")
 TURN = 2 * REVIEW
@@ -49,7 +49,7 @@ def test_a_waiting_thread_has_realtime_priority_and_a_computing_one_has_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     worked = 0.0
-    monkeypatch.setattr(priority.time, "thread_time", lambda: worked)
+    monkeypatch.setattr(scheduling.time, "thread_time", lambda: worked)
 
     def body() -> None:
         nonlocal worked
@@ -99,7 +99,7 @@ def test_a_refused_priority_is_requested_only_once(monkeypatch: pytest.MonkeyPat
         asked.append(arguments)
         raise PermissionError
 
-    monkeypatch.setattr(priority.os, "sched_setscheduler", refuse)
+    monkeypatch.setattr(scheduling.os, "sched_setscheduler", refuse)
     thread, now = RealtimeThread(), time.monotonic()
     assert not thread.review(now + REVIEW)
     assert not thread.review(now + 2 * REVIEW)
@@ -109,5 +109,5 @@ def test_a_refused_priority_is_requested_only_once(monkeypatch: pytest.MonkeyPat
 
 @linux
 def test_a_computer_with_one_core_gets_no_realtime_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(priority.os, "sched_getaffinity", lambda process: {0})
+    monkeypatch.setattr(scheduling.os, "sched_getaffinity", lambda process: {0})
     assert not RealtimeThread().review(time.monotonic() + REVIEW)

@@ -21,7 +21,7 @@ from grabbergui.core.errors import (
     DeviceStatusError,
     TransportError,
 )
-from grabbergui.core.socket_timeouts import wait_readable
+from grabbergui.core.scheduling import wait_readable
 from grabbergui.driver.gige.bootstrap import (
     GVCP_PORT,
     Capability,

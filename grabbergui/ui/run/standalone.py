@@ -25,7 +25,7 @@ from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.priority import single_threaded
+from grabbergui.core.scheduling import single_threaded
 from grabbergui.models.servo_proxy import CLOSED, HEARTBEAT_PERIOD, Run, RunnerProxy, RunnerServer
 from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.runner import HELD, Runner

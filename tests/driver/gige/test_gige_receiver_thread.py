@@ -13,7 +13,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.priority import realtime_threads_permitted
+from grabbergui.core.scheduling import realtime_threads_permitted
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg

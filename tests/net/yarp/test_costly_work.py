@@ -6,7 +6,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.errors import RemoteProtocolError, UsageError
-from grabbergui.core.priority import REST, CostlyWork
+from grabbergui.core.scheduling import REST, CostlyWork
 from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
-from grabbergui.core.priority import RealtimeThread
+from grabbergui.core.scheduling import RealtimeThread
 from grabbergui.driver.device import deliver_or_log
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.stream.assembler import BlockAssembler

@@ -22,7 +22,7 @@ from grabbergui.core.errors import (
     ResourceExhaustedError,
     TransportError,
 )
-from grabbergui.core.priority import costly_work
+from grabbergui.core.scheduling import costly_work
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PAGE_NOT_FOUND, PortCommands, page_wanted

@@ -22,7 +22,7 @@ from contextlib import suppress
 from typing import Final
 
 from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, ResourceExhaustedError, TransportError
-from grabbergui.core.socket_timeouts import wait_readable, wait_writable
+from grabbergui.core.scheduling import wait_readable, wait_writable
 from grabbergui.net.yarp.os.bottle import Buffer
 
 # -- authentication ------------------------------------------------------------------------------
