@@ -1,13 +1,11 @@
-"""Combines any `Device` with GenApi's node map into a frame grabber, and reconnects it after a loss."""
+"""Combines any `Device` with GenApi's node map into a frame grabber."""
 
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
-from types import TracebackType
 
 from typing_extensions import override
 
@@ -16,30 +14,27 @@ from grabbergui.core.errors import (
     FeatureAccessError,
     FeatureError,
     GrabberError,
-    OtherCameraError,
     ResourceExhaustedError,
     TransportError,
 )
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
-from grabbergui.core.settings import SettingKey, WriteResult, return_text
+from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.driver import acquisition
 from grabbergui.driver.acquisition import POLL_PERIOD, Acquisition, EventDelivery, Poller
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.reconnection import ReconnectingGrabber
 from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter, validated
 
 log = logging.getLogger(__name__)
-
-RECONNECT_PERIOD = 0.5
-"""Seconds between attempts to open a camera that was lost."""
 
 _EVENT_SWITCH = "EventNotification"
 """Beginning of the names of features that switch events on: one with a selector, or one an event."""
 
 
-class Camera(FrameGrabber):
+class Camera(ReconnectingGrabber):
     """A local camera on any transport. Thread-safe; feature calls are serialised.
 
     A lost camera is opened again as soon as it answers. All settings made since it was first opened are
@@ -57,16 +52,6 @@ class Camera(FrameGrabber):
         self._events: EventDelivery | None = None
         self._events_open = False
         self._writer: SettingWriter | None = None
-        self._closed = threading.Event()
-        self._closed.set()
-        self._reconnecting: threading.Thread | None = None
-        self._losses = threading.Lock()
-        "Never held during device calls: closing the device joins the threads that report losses."
-        self._lost_while_opening = ""
-        "Reason for a loss during opening or reconnecting; empty if there was none."
-        self._loss = ""
-        "Reason for the current loss; empty while connected."
-        self._explaining_loss = _ExplainedLoss(self)
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -79,20 +64,19 @@ class Camera(FrameGrabber):
             self.device.on_held = self.held_changed.emit
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
-            self._events_open, self._lost_while_opening, self._loss = False, "", ""
+            self._events_open = False
+            self._begin_opening()
             self.device.take_over, self.device.interrupted = access is Access.TAKE_OVER, False
             self._writer = None  # settings from before `close` are not restored
             try:
                 self._connect(Access.CONTROL if self.device.take_over else access)
-                with self._losses:
-                    if self._lost_while_opening:
-                        raise DeviceLostError(f"{self.info.title} was lost while it was opened")
-                    self._closed.clear()
+                self._finish_opening()
             except BaseException:
                 if self._nodes is not None:
                     self._nodes.close()
-                self._nodes, self._loss = None, ""
+                self._nodes = None
                 self.device.close()
+                self._end_connection()
                 self._events.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
                 raise
@@ -117,13 +101,12 @@ class Camera(FrameGrabber):
 
     @override
     def close(self) -> None:
-        self._closed.set()
-        if self._reconnecting is not None:
+        if self._stop_reconnecting():
             self.device.interrupt()  # an attempt holds the lock while it waits for a camera that is gone
         with self._lock:
             if self._nodes is None:
                 return
-            self._closed.set()  # again: another thread may just have opened it
+            self._stop_reconnecting()  # again: another thread may just have opened it
             try:
                 self.stop()
             except GrabberError as error:
@@ -134,15 +117,13 @@ class Camera(FrameGrabber):
                 nodes.close()
             finally:
                 self.device.close()
-            with self._losses:
-                reconnecting, self._reconnecting = self._reconnecting, None
+            reconnecting = self._end_connection()
             events, self._events = self._events, None
-            self._loss = ""
         if events is not None:
             events.close()
         if poller is not None:
             poller.stop()
-        if reconnecting is not None and reconnecting is not threading.current_thread():
+        if reconnecting is not None:
             reconnecting.join()
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
@@ -151,11 +132,6 @@ class Camera(FrameGrabber):
     @override
     def access(self) -> Access:
         return self._access
-
-    @property
-    @override
-    def lost(self) -> str:
-        return self._loss
 
     # -- features --------------------------------------------------------------------------------
     @override
@@ -353,70 +329,22 @@ class Camera(FrameGrabber):
 
     # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
-        log.warning("%s: %s", self.info.uri, reason)
-        self._loss = reason
         self._acquisition.running = False
-        self.connection_changed.emit(ConnectionState.LOST, reason)
-        with self._losses:
-            if self._closed.is_set() or self._reconnecting is not None:
-                self._lost_while_opening = reason
-                return
-            name = f"reconnect {self.info.uri}"
-            self._reconnecting = threading.Thread(target=self._reconnect, name=name, daemon=True)
-            self._reconnecting.start()  # within the lock: closing joins it
+        self._lose(reason)
 
-    def _reconnect(self) -> None:
-        """Retry until the camera answers or is closed. Refuse another one in its place; report it once."""
-        reported, known = "", self._known_settings()
-        while not self._closed.wait(RECONNECT_PERIOD):
-            with self._lock:
-                if self._closed.is_set():
-                    return
-                try:
-                    problems, changed = self._restore(known)
-                except GrabberError as error:
-                    log.info("%s is not back yet: %s", self.info.uri, error)
-                    if isinstance(error, OtherCameraError) and str(error) != reported:
-                        reported = self._loss = str(error)
-                        log.warning("%s: %s", self.info.uri, reported)
-                        self.connection_changed.emit(ConnectionState.LOST, reported)
-                    continue
-                with self._losses:
-                    if self._lost_while_opening:
-                        continue
-                names = frozenset(description.name for description in self.feature_tree().descriptions())
-            # `close` joins this thread, so these reports precede CLOSED.
-            self.unlike_before, self.changed_meanwhile = tuple(problems), tuple(changed)
-            self._loss = ""
-            # A warning like the loss itself: a server's log has no other sign of the return.
-            how = return_text(problems, changed)
-            log.warning("%s: back, %s", self.info.uri, how)
-            self.connection_changed.emit(ConnectionState.OPEN, how)
-            self.features_changed.emit(names)
-            with self._losses:
-                if not self._lost_while_opening:
-                    self._reconnecting = None
-                    return
-            known = self._known_settings()
-            # This loss may have been reported before OPEN, so report it again.
-            self._loss = self._lost_while_opening
-            self.connection_changed.emit(ConnectionState.LOST, self._lost_while_opening)
-
+    @override
     def _known_settings(self) -> dict[SettingKey, FeatureValue]:
-        """Return the last known values of settings that this program did not write."""
-        with self._lock:
-            return self._writer.known_settings() if self._nodes is not None and self._writer else {}
+        return self._writer.known_settings() if self._nodes is not None and self._writer else {}
 
-    def _restore(self, known: Mapping[SettingKey, FeatureValue]) -> tuple[list[str], list[str]]:
-        """Reopen the device and restore its settings.
-
-        Return what could not be set, and which of the `known` settings others changed, one sentence each.
-        """
-        streaming = self._acquisition.wanted
+    @override
+    def _disconnect(self) -> None:
         self.device.close_stream()
         self.device.close()
-        # Losses reported so far belong to the closed connection.
-        self._lost_while_opening, self._acquisition.running = "", False
+        self._acquisition.running = False
+
+    @override
+    def _restore(self, known: Mapping[SettingKey, FeatureValue]) -> tuple[list[str], list[str]]:
+        streaming = self._acquisition.wanted
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)
@@ -459,23 +387,3 @@ class Camera(FrameGrabber):
         if nodes is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return nodes
-
-
-class _ExplainedLoss:
-    """Adds the reason of the loss to errors while the device is closed between reconnect attempts.
-
-    A class, for a generator would cost each write of a slider four more calls.
-    """
-
-    def __init__(self, camera: Camera) -> None:
-        self._camera = camera
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        loss = self._camera.lost
-        if isinstance(error, DeviceLostError) and loss and loss not in str(error):
-            raise DeviceLostError(f"{self._camera.info.title} is lost: {loss}") from error

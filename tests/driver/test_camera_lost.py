@@ -18,7 +18,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.core.settings import SettingKey, return_text
-from grabbergui.driver import camera as camera_module
+from grabbergui.driver import reconnection
 from grabbergui.driver.camera import Camera
 from patience import PATIENCE, until
 
@@ -196,7 +196,7 @@ def test_a_device_closed_while_its_loss_is_reported_is_closed(camera, monkeypatc
 
     closing = threading.Thread(target=close)
     closing.start()
-    monkeypatch.setattr(camera_module.threading, "Thread", SlowThread)
+    monkeypatch.setattr(reconnection.threading, "Thread", SlowThread)
     camera.device.on_lost("the cable is out")
     closing.join(PATIENCE)
 
@@ -212,7 +212,7 @@ def test_a_device_closed_at_the_moment_of_its_return_is_closed(camera, monkeypat
         return return_text(problems, changed)
 
     camera.connection_changed.connect(lambda state, why: states.append(state))
-    monkeypatch.setattr(camera_module, "return_text", returned)
+    monkeypatch.setattr(reconnection, "return_text", returned)
     camera.device.on_lost("the cable is out")
 
     until(lambda: states[-1:] == [ConnectionState.CLOSED] and not closing.is_alive(), "closing")
@@ -257,7 +257,7 @@ class Doorway(XmlDevice):
 
 
 def test_one_that_is_closed_while_it_opens_is_not_opened_again_when_it_is_lost(monkeypatch):
-    monkeypatch.setattr(camera_module, "RECONNECT_PERIOD", 0.01)
+    monkeypatch.setattr(reconnection, "RECONNECT_PERIOD", 0.01)
     camera = Camera(device := Doorway())
     ending = threading.Thread(target=camera.close)
     waiting = threading.Event()
@@ -308,7 +308,7 @@ def test_what_the_machine_lacks_is_an_error_of_ours(fault, error, text):
 
 
 def test_one_that_is_lost_comes_back_once_the_machine_has_descriptors_again(monkeypatch):
-    monkeypatch.setattr(camera_module, "RECONNECT_PERIOD", 0.01)
+    monkeypatch.setattr(reconnection, "RECONNECT_PERIOD", 0.01)
     camera = Camera(device := Doorway())
     with closing(camera):
         camera.open()
