@@ -2962,127 +2962,127 @@ It {1}.</source>
 <context>
     <name>LutDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="343"/>
         <source>Look-up table</source>
         <translation>Tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="345"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
         <source>The camera &amp;uses it</source>
         <translation>La cámara la &amp;usa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="337"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="350"/>
         <source>Curve of the look-up table</source>
         <translation>Curva de la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="338"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="351"/>
         <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="346"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="359"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="347"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="360"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="361"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="350"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="363"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="351"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="364"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="365"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="355"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="368"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="356"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="369"/>
         <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="357"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="370"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="358"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="371"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="384"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="397"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="385"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="398"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="385"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="398"/>
         <source>as in the camera</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="339"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
         <source>Input (LUTIndex)</source>
         <translation>Entrada (LUTIndex)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="339"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
         <source>Output (LUTValue)</source>
         <translation>Salida (LUTValue)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="353"/>
         <source>in the camera</source>
         <translation>en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="340"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="353"/>
         <source>edited</source>
         <translation>editada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="460"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="473"/>
         <source>Discard the edited table?</source>
         <translation>¿Descartar la tabla editada?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="461"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="474"/>
         <source>It is neither in the camera nor saved in a file.</source>
         <translation>No está en la cámara ni guardada en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="462"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="475"/>
         <source>&amp;Discard</source>
         <translation>&amp;Descartar</translation>
     </message>
@@ -4857,7 +4857,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="180"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4867,27 +4867,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="174"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="182"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="207"/>
         <source>(not in this file)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -5023,32 +5023,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="114"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="115"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -5063,27 +5063,27 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
@@ -5093,7 +5093,7 @@ It {1}.</source>
         <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="115"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="116"/>
         <source>not written</source>
         <translation>no escrito</translation>
     </message>
@@ -5179,7 +5179,7 @@ It {1}.</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="323"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
@@ -5189,72 +5189,72 @@ It {1}.</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="291"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="297"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="293"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="299"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="323"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="323"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="328"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="329"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="335"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="336"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="331"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="337"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="338"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="333"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="339"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="340"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="341"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="342"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="289"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="295"/>
         <source>Connect without starting</source>
         <translation>Conectar sin iniciar</translation>
     </message>
@@ -5707,47 +5707,47 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="267"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="268"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="296"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="297"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="300"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="301"/>
         <source>Saved the current settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="301"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="302"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="304"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="305"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="305"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="306"/>
         <source>Writing to the camera</source>
         <translation>Escribiendo en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="292"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="292"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="292"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="293"/>
         <source>Loaded {0}: changed {1}</source>
         <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>
@@ -5805,22 +5805,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="264"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="290"/>
         <source>Save the current settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="278"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="291"/>
         <source>This overwrites the set and cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="279"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="292"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>
