@@ -62,6 +62,17 @@ def test_the_gamma_of_the_cameras_table_is_shown(app, tmp_path, monkeypatch):
     assert lut.dialog.gammaBox.text() == "–", "no gamma has this curve"
 
 
+def test_a_file_that_is_no_table_is_refused_where_it_was_asked_for(app, tmp_path, monkeypatch):
+    path = tmp_path / "lut.csv"
+    path.write_text("0,1\n1,two\n")
+    lut, dialog = app.program.lut, app.program.lut.dialog
+    monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
+    dialog.loadButton.click()
+    assert "two" in dialog.stateLabel.text() and str(path) in dialog.stateLabel.text()
+    dialog.gammaBox.setValue(0.5)
+    assert dialog.stateLabel.text() == "4096 entries · not written yet"
+
+
 def test_a_gamma_below_the_least_is_the_least(app):
     box, lut = app.program.lut.dialog.gammaBox, app.program.lut
     box.selectAll()

@@ -149,13 +149,14 @@ class LutController(QObject):
     def _on_load_requested(self) -> None:
         kinds = self.tr("Tables (*.csv *.txt *.bin *.raw);;All files (*)")
         path = self._files.to_open(self.tr("Load a look-up table"), kinds)
-        if path is None or self._present is None:
+        if path is None or self._present is None or self.dialog is None:
             return
         try:
             self._edit(load_table(path, self._present.shape))
             self._show_gamma()
         except UsageError as error:
             self._messages.error(error_text(error))
+            self.dialog.showProblem(error_text(error))
 
     def _on_save_requested(self) -> None:
         kinds = self.tr("Comma-separated values (*.csv);;16-bit values (*.bin)")

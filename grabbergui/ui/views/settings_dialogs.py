@@ -71,7 +71,7 @@ class SettingsReport(QDialog):
         again = self.tr("Settings already written are restored when the camera is back, the others are not")
         restored = again if report.interrupted and report.written else ""
         parts = (self._summary(report), report.problem, restored)
-        self.headline.setText(". ".join(part for part in parts if part))
+        self.headline.setText(". ".join(part[0].upper() + part[1:] for part in parts if part))
         self.headline.setToolTip(report.problem)
         self.applyButton.setVisible(report.count(*PENDING) > 0)
         self.rollBackButton.setVisible(report.written > 0)
@@ -397,6 +397,10 @@ class LutDialog(QDialog):
         size = self.tr("{0} entries").format(len(present))
         state = self.tr("not written yet") if changed else self.tr("as in the camera")
         self.stateLabel.setText(f"{size} · {state}")
+
+    def showProblem(self, text: str) -> None:
+        """Show why a file was not loaded, until the next table is shown."""
+        self.stateLabel.setText(text)
 
     def setUndoable(self, undoable: bool) -> None:
         """Enable the undo of the last write."""
