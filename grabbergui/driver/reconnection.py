@@ -87,7 +87,7 @@ class ReconnectingGrabber(FrameGrabber):
             self._reconnecting.start()  # within the lock: closing joins it
 
     def _stop_reconnecting(self) -> bool:
-        """Begin no further attempt; return whether one may be under way, which holds the lock."""
+        """Begin no further attempt; return whether one may be in progress, which holds the lock."""
         self._closed.set()
         return self._reconnecting is not None
 
