@@ -112,8 +112,9 @@ def test_a_renamed_node_takes_everything_along(serve, probe, renamed, name):
 
     until(offered)
     namespace, _, node = name.rpartition("/")
-    below = dict(probe.node.get_service_names_and_types_by_node(node, namespace or "/"))
-    assert below and all(service.startswith(f"{name}/") for service in below)
+    by_node = probe.node.get_service_names_and_types_by_node
+    below = until(lambda: dict(by_node(node, namespace or "/")))
+    assert all(service.startswith(f"{name}/") for service in below)
 
 
 @pytest.mark.parametrize(
