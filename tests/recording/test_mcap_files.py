@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 import zstandard
 from full_disk import FullDisk
+from mcap.writer import CompressionType, Writer
 from recorded_frames import INFO, START, STEP, made, written
 
 from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 from grabbergui.recording import (
     RecordingError,
     RecordingKind,
@@ -122,23 +124,24 @@ def test_the_mcap_package_reads_what_we_write(tmp_path):
         assert times == [START, START + STEP, START + 2 * STEP]
 
 
+def write_compressed(path, images, compression=CompressionType.ZSTD, **options):
+    """Write a file as ROS's tools do; with `chunk_size=1`, each image has a chunk of its own."""
+    with path.open("wb") as file:
+        writer = Writer(file, compression=compression, **options)
+        writer.start()
+        schema = writer.register_schema(IMAGE_NAME, "ros2msg", IMAGE_DEFINITION.encode())
+        channel = writer.register_channel("/cam", "cdr", schema)
+        for index, image in enumerate(images):
+            writer.add_message(channel, START + index, image.encode(), START + index, index)
+        writer.finish()
+
+
 def test_compressed_files_of_others_are_played(tmp_path):
-    from mcap.writer import CompressionType, Writer
-
-    from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-
+    lines = np.arange(60, dtype=np.uint8).reshape(3, 20)  # two bytes of padding a line
+    images = [RosImage(START, "c", 3, 18, "mono8", 0, 20, lines.tobytes())] * 4
     for compression in (CompressionType.ZSTD, CompressionType.LZ4):
         path = tmp_path / f"{compression.name}.mcap"
-        with path.open("wb") as file:
-            writer = Writer(file, compression=compression)
-            writer.start()
-            schema = writer.register_schema(IMAGE_NAME, "ros2msg", IMAGE_DEFINITION.encode())
-            channel = writer.register_channel("/cam", "cdr", schema)
-            lines = np.arange(60, dtype=np.uint8).reshape(3, 20)  # two bytes of padding a line
-            message = RosImage(START, "c", 3, 18, "mono8", 0, 20, lines.tobytes()).encode()
-            for index in range(4):
-                writer.add_message(channel, START + index, message, START + index, index)
-            writer.finish()
+        write_compressed(path, images, compression)
         recording = open_recording(path)
         assert len(recording) == 4
         assert np.array_equal(recording.frame(3, 0).raw(), lines[:, :18])
@@ -163,20 +166,8 @@ def test_a_chunk_is_decompressed_no_further_than_it_announces(tmp_path, name, co
 
 
 def test_a_damaged_chunk_is_left_out_with_a_warning(tmp_path, caplog):
-    from mcap.writer import CompressionType, Writer
-
-    from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-
     path = tmp_path / "x.mcap"
-    with path.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=1)
-        writer.start()
-        schema = writer.register_schema(IMAGE_NAME, "ros2msg", IMAGE_DEFINITION.encode())
-        channel = writer.register_channel("/cam", "cdr", schema)
-        for index in range(4):
-            message = RosImage(START, "c", 3, 18, "mono8", 0, 18, bytes(54)).encode()
-            writer.add_message(channel, START + index, message, START + index, index)
-        writer.finish()
+    write_compressed(path, [RosImage(START, "c", 3, 18, "mono8", 0, 18, bytes(54))] * 4, chunk_size=1)
     content = path.read_bytes()
     begin = content.index(b"zstd")
     path.write_bytes(content[: begin + 12] + bytes(8) + content[begin + 20 :])
@@ -186,21 +177,10 @@ def test_a_damaged_chunk_is_left_out_with_a_warning(tmp_path, caplog):
 
 
 def test_a_compressed_file_that_is_cut_short_while_it_is_played_is_refused(tmp_path):
-    from mcap.writer import CompressionType, Writer
-
-    from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-
     path = tmp_path / "x.mcap"
-    with path.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.ZSTD, chunk_size=1)
-        writer.start()
-        schema = writer.register_schema(IMAGE_NAME, "ros2msg", IMAGE_DEFINITION.encode())
-        channel = writer.register_channel("/cam", "cdr", schema)
-        for index in range(8):  # each in a chunk, of which only the last are in memory
-            pixels = made("Mono8", index, 64, 64).payload.tobytes()
-            message = RosImage(START, "c", 64, 64, "mono8", 0, 64, pixels).encode()
-            writer.add_message(channel, START + index, message, START + index, index)
-        writer.finish()
+    pixels = [made("Mono8", index, 64, 64).payload.tobytes() for index in range(8)]
+    images = [RosImage(START, "c", 64, 64, "mono8", 0, 64, each) for each in pixels]
+    write_compressed(path, images, chunk_size=1)  # only the last chunks are in memory
     recording = open_recording(path)
     os.truncate(path, 8)
     with pytest.raises(RecordingError, match="was cut short while it was played"):
