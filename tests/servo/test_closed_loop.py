@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 
 from frames import frame_of
+from grabbergui.calibration import geometry
 from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
 from grabbergui.core import environment
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import FrameStatus
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.driver.sim.rendered_scene import Things, board_pose
+from grabbergui.driver.sim.rendered_scene import Things, at, board_pose
 from grabbergui.recording.movie_writer import MovieFile
 from grabbergui.servo import closed_loop, report
 from grabbergui.servo.config import Config
@@ -65,6 +66,38 @@ def test_the_same_run_again_is_the_same_to_the_bit():
         run.run(1.5)
     assert np.array_equal(runs[0].robot.state().hand, runs[1].robot.state().hand)
     assert np.array_equal(runs[0].robot.state().head, runs[1].robot.state().head)
+
+
+@pytest.mark.parametrize("board", [board_pose(), at(0.5, -0.25, 0.3, -20, 15, 130)])
+def test_a_computed_detection_is_what_the_detector_finds(board):
+    rendered, computed = (
+        closed_loop.ClosedLoop(
+            things=Things(board=lambda _: board), head=closed_loop.AT_BOARD, rendered=rendered
+        )
+        for rendered in (True, False)
+    )
+    for run in (rendered, computed):
+        run.run(0.1)
+    (found,), (expected,) = rendered.loop.sighting.markers, computed.loop.sighting.markers
+    assert found.marker_id == expected.marker_id
+    assert np.abs(found.corners - expected.corners).max() < 0.5
+    assert geometry.distance(found.pose, expected.pose) < 0.004
+
+
+@pytest.mark.parametrize(
+    "board",
+    [None, at(0.7, -0.32, 0.36, yaw=180), at(-0.7, -0.32, 0.36), at(0.7, 0.9, 0.36)],
+    ids=["no board", "its back", "behind the camera", "outside the image"],
+)
+def test_an_invisible_marker_is_not_detected_by_computation(board):
+    camera = teo.MODEL.camera_pose(np.array(closed_loop.AT_BOARD))
+    assert closed_loop.computed_sighting(camera, board, Config().marker, 0.0).markers == ()
+
+
+def test_an_approach_with_computed_detections_arrives():
+    run = closed_loop.ClosedLoop(rendered=False, head=closed_loop.AT_BOARD)
+    run.run(10, State.REACHED)
+    assert run.true_error()[0] < 0.005
 
 
 def test_the_robot_rests_200_ms_after_the_last_image():
