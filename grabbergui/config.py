@@ -30,6 +30,7 @@ from typing import Any
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.features import parse_switch
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.core.uri import SIMULATED
 
 log = logging.getLogger(__name__)
@@ -48,6 +49,14 @@ class Section:
     name: str
     "Empty for the keys before the first section."
     values: dict[str, str] = field(default_factory=dict)
+
+
+MAX_INI_BYTES = 1 << 20
+
+
+def read_ini(path: Path) -> str:
+    """Return the text of a file for `parse_ini`. Raises UsageError, OSError."""
+    return read_bounded(path, MAX_INI_BYTES, ".ini file").decode("utf-8", "replace")
 
 
 def parse_ini(text: str, where: str = "configuration") -> dict[str, Section]:

@@ -29,11 +29,12 @@ from grabbergui.core.calibration import (
     given_projection,
     given_rectification,
 )
-from grabbergui.core.environment import read_bounded, write_whole
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.core.sfnc import Role
 
 log = logging.getLogger(__name__)
@@ -73,7 +74,7 @@ class FittedCalibration:
     def use(self, file: Path) -> None:
         """Load `file` if it exists; `keep` writes it from now on. Raises UsageError, OSError."""
         self._file = file
-        if file.is_file() or file.is_dir():  # a folder is refused
+        if file.exists():  # a folder or pipe is refused
             self.calibration = load_for(self._grabber.info, file)
 
     def close(self) -> None:

@@ -16,6 +16,7 @@ from grabbergui.core.errors import ExistingFileError, UsageError
 from grabbergui.core.file_access import (
     CameraFile,
     Progress,
+    content_of,
     delete_file,
     list_files,
     read_file,
@@ -102,7 +103,7 @@ def _get(options: argparse.Namespace) -> None:
 
 
 def _put(options: argparse.Namespace) -> None:
-    content = options.path.read_bytes()
+    content = content_of(options.path)
     with (
         opened(options.source) as grabber,
         stop_on_signals() as cancelled,

@@ -17,6 +17,7 @@ from typing import Any
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regular_files import read_bounded
 
 log = logging.getLogger(__name__)
 
@@ -92,11 +93,14 @@ def parse_address(text: str) -> tuple[str, int]:
     return host.strip("[]") or DEFAULT_HOST, int(port)
 
 
+_MAX_TOKEN_BYTES = 1 << 16
+
+
 def read_token(path: str) -> str:
     """Return the token in a file, which only its owner should be able to read. Raises UsageError."""
     try:
-        token = Path(path).read_text("ascii").strip()
-    except (OSError, UnicodeError) as error:
+        token = read_bounded(Path(path), _MAX_TOKEN_BYTES, "token").decode("ascii").strip()
+    except (OSError, UnicodeError, UsageError) as error:
         raise UsageError(f"--metrics-token {path}: {error}") from error
     if not token:
         raise UsageError(f"--metrics-token {path}: the file is empty; write a token into it")

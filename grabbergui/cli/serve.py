@@ -17,7 +17,7 @@ from grabbergui import sources
 from grabbergui.cli.arguments import Outage, add_lost_timeout, add_monitor, opened
 from grabbergui.cli.process import stop_on_signals, supervised
 from grabbergui.cli.simulate import add_name_server_options, named_server
-from grabbergui.config import AllowedAddresses, ServeOptions, find_ini, parse_ini
+from grabbergui.config import AllowedAddresses, ServeOptions, find_ini, parse_ini, read_ini
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
@@ -189,7 +189,7 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
     name = getattr(arguments, "file", None)
     if name is not None:
         path = find_ini(name, getattr(arguments, "context", ""))
-        sections = parse_ini(path.read_text("utf-8", errors="replace"), str(path))
+        sections = parse_ini(read_ini(path), str(path))
         options = options.with_file(sections[""], frozenset(given), str(path))
     if not (options.yarp or options.ros2 or options.window or options.terminal or options.with_name_server):
         raise UsageError("serve on what? Add --yarp /grabber, --ros2 /camera, --window or --terminal")

@@ -111,15 +111,6 @@ def find_file(path: Path, what: str = "file", folder: str = "") -> Path:
     raise MissingFileError(f"there is no {what} {path}")
 
 
-def read_bounded(path: Path, most: int, kind: str) -> bytes:
-    """Return the content of a file of some `kind`. Raises UsageError beyond `most` bytes, and OSError."""
-    with path.open("rb") as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise UsageError(f"{path} is too long for a {kind}: larger than {most >> 10} KiB")
-    return content
-
-
 _BINARY = getattr(os, "O_BINARY", 0)
 """Without it, Windows changes the ends of lines."""
 

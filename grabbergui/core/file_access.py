@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import Any
 
 from grabbergui.core.errors import (
@@ -25,6 +26,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.features import format_value
 from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.core.sfnc import FILE_ACCESS
 
 TURN = 0.05
@@ -128,6 +130,15 @@ def read_file(
     transfer = _Transfer(grabber, name, "reading", cancelled)
     with transfer.opened("Read"):
         return transfer.receive(progress)
+
+
+MAX_CONTENT_BYTES = 1 << 30
+"Bytes of the largest file that is uploaded."
+
+
+def content_of(path: Path) -> bytes:
+    """Return the content of a file on this computer, to be written. Raises UsageError, OSError."""
+    return read_bounded(path, MAX_CONTENT_BYTES, "file for a camera")
 
 
 def write_file(

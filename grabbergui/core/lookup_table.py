@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.environment import read_bounded, write_whole
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import (
     CameraFileError,
     FeatureAccessError,
@@ -22,6 +22,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.file_access import TURN, Progress
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regular_files import read_bounded
 
 _SELECTOR, _INDEX, _VALUE, _ALL = "LUTSelector", "LUTIndex", "LUTValue", "LUTValueAll"
 _RESTORED = (_SELECTOR, _INDEX)

@@ -14,7 +14,6 @@ import io
 import logging
 import os
 import re
-import stat
 import threading
 import zipfile
 import zlib
@@ -26,11 +25,18 @@ from pathlib import Path
 from typing import Protocol
 from urllib.parse import unquote, urlsplit
 
-from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.core.errors import (
+    DeviceLostError,
+    GrabberError,
+    RemoteProtocolError,
+    TransportError,
+    UsageError,
+)
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.regular_files import read_bounded
 
 log = logging.getLogger(__name__)
 
@@ -307,15 +313,10 @@ def _read_file(path: Path) -> bytes:
     path = path.resolve()
     if not path.is_relative_to(Path(folder).resolve()):
         raise RemoteProtocolError(f"{path} is not below {folder}, the folder that {FOLDER_VARIABLE} names")
-    # O_NONBLOCK: opening a FIFO must not wait for its other end.
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    with os.fdopen(handle, "rb") as file:
-        if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise RemoteProtocolError(f"{path} is no regular file")
-        content = file.read(MAX_STORED_BYTES + 1)
-    if len(content) > MAX_STORED_BYTES:
-        raise RemoteProtocolError(f"{path} has more than {MAX_STORED_BYTES} bytes")
-    return content
+    try:
+        return read_bounded(path, MAX_STORED_BYTES, "description")
+    except UsageError as error:
+        raise RemoteProtocolError(str(error)) from error
 
 
 MAX_XML_BYTES = 64 << 20

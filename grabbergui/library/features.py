@@ -195,7 +195,7 @@ class CameraFiles:
         An upload that ends early cannot be resumed: write the whole file again. Firmware is refused without
         `replace_firmware`: a wrong file, or a power cut meanwhile, may leave the camera useless.
         """
-        data = content.read_bytes() if isinstance(content, Path) else content
+        data = file_access.content_of(content) if isinstance(content, Path) else content
         return file_access.write_file(self._camera.grabber, name, data, replace_firmware=replace_firmware)
 
     def delete(self, name: str) -> None:

@@ -7,6 +7,7 @@ note is a line of JSON.
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -26,6 +27,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.regular_files import open_regular
 
 DEFAULT_RATE = 25.0
 "Frames per second of a recording without times."
@@ -326,7 +328,7 @@ def read_notes(path: Path) -> Iterator[FrameNote]:
     Raises UsageError, RecordingError.
     """
     try:
-        with path.open(encoding="utf-8") as file:
+        with io.TextIOWrapper(open_regular(path), encoding="utf-8") as file:
             number = 0
             while line := file.readline(MAX_LINE + 1):
                 number += 1

@@ -16,6 +16,7 @@ from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.recording import (
     DEFAULT_RATE,
     FrameNote,
@@ -57,11 +58,11 @@ class FolderRecording(Recording):
     def frame(self, index: int, received_ns: int) -> Frame:
         file, note = self._files[index], self._notes[index]
         try:
-            if file.stat().st_size > MAX_FILE_BYTES:
-                raise RecordingError(f"{file} is larger than {MAX_FILE_BYTES >> 20} MiB")
-            content = np.fromfile(file, np.uint8)
+            content = np.frombuffer(read_bounded(file, MAX_FILE_BYTES, "image"), np.uint8)
         except OSError as error:
             raise RecordingError(f"{file} could not be read: {error.strerror or error}") from error
+        except UsageError as error:
+            raise RecordingError(str(error)) from error
         if note is not None and file.suffix == ".raw":
             return rebuilt(content, note, received_ns)
         try:

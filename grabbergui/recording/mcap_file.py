@@ -26,6 +26,7 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.regular_files import open_regular
 from grabbergui.core.ros_image import (
     IMAGE_NAME,
     STRING_NAME,
@@ -94,7 +95,7 @@ class McapRecording(Recording):
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._file: BufferedReader = path.open("rb")
+            self._file: BufferedReader = open_regular(path)
         except OSError as error:
             raise self._unreadable(error) from error
         self._schemas: dict[int, str] = {}

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.regular_files import check_regular, open_regular
 from grabbergui.recording import (
     FrameNote,
     Recording,
@@ -53,6 +54,7 @@ class MovieRecording(Recording):
         self.path = path
         self.title = path.name
         try:
+            check_regular(path)  # FFmpeg would wait for the writer of a FIFO
             self._container: InputContainer = av.open(
                 f"file:{path}",
                 options={
@@ -143,7 +145,7 @@ _CUT = "is a movie that cannot be read: it was cut off or is damaged"
 def _unreadable(path: Path, error: FFmpegError | ValueError) -> str:
     """Return why a file is no readable movie, as FFmpeg reports `Invalid data` or EIO for most faults."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             begin = file.read(16)
     except OSError as unopened:
         return f"cannot be read: {unopened.strerror}"

@@ -18,7 +18,7 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.calibration.markers import BOARD_KINDS, MarkerBoard, check_marker
-from grabbergui.config import parse_ini
+from grabbergui.config import parse_ini, read_ini
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.kinematics import parse_boxes
@@ -307,7 +307,7 @@ class Config:
     @classmethod
     def load(cls, path: Path) -> Config:
         """Read a file. Raises UsageError, OSError."""
-        return cls.parse(path.read_text("utf-8", "replace"), str(path))
+        return cls.parse(read_ini(path), str(path))
 
 
 @contextmanager

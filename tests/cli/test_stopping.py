@@ -5,12 +5,11 @@ import signal
 import subprocess
 import sys
 import threading
-from contextlib import suppress
 
 import av
 import pytest
 
-from grabbergui.cli import EXIT_FAILURE, EXIT_TERMINATED, process
+from grabbergui.cli import EXIT_FAILURE, process
 from patience import PATIENCE, until
 
 FAST = "sim:?width=320&height=240&fps=100&exposure=1000"
@@ -56,39 +55,6 @@ def test_a_signal_waits_until_genapi_is_left():
             threading.Event().wait(PATIENCE)
     assert interrupted
     grabber.close()
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")
-def test_a_file_of_settings_that_never_ends_is_left(tmp_path):
-    fifo = tmp_path / "settings.yaml"
-    os.mkfifo(fifo)
-
-    def reached() -> bool:
-        try:
-            ends.append(os.open(fifo, os.O_WRONLY | os.O_NONBLOCK))
-        except OSError:  # nobody reads yet
-            return False
-        return True
-
-    ends: list[int] = []
-    program = subprocess.Popen([sys.executable, "-m", "grabbergui", "load", "sim:", fifo])
-    try:
-        until(reached, "the file to be read")
-
-        def ended() -> bool:
-            # Python handles a signal that comes just before a system call only after it: repeat it.
-            program.terminate()
-            with suppress(subprocess.TimeoutExpired):
-                program.wait(1.0)
-            return program.returncode is not None
-
-        until(ended, "the end of the program")
-        assert program.returncode == EXIT_TERMINATED
-    finally:
-        program.kill()
-        program.wait()
-        for end in ends:
-            os.close(end)
 
 
 @pytest.mark.parametrize("guard", [process.stop_on_signals, process.raising_on_signals])

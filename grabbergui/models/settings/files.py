@@ -17,9 +17,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from grabbergui.core.environment import read_bounded, write_whole
+from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings.feature_set import FeatureSet, SelectorsOf
 

@@ -23,6 +23,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.views.main_window import MainWindow
@@ -232,11 +233,14 @@ class _FormerName:
         return getattr(self._app, name)
 
 
+MAX_SCRIPT_BYTES = 16 << 20
+
+
 def load_script(path: Path) -> CodeType:
     """Read and compile a script, the user's or a shipped one. Raises UsageError."""
     path = find_file(path, "script")
     try:
-        return compile(path.read_bytes(), str(path), "exec")
+        return compile(read_bounded(path, MAX_SCRIPT_BYTES, "script"), str(path), "exec")
     except OSError as error:
         raise UsageError(f"the script {path} cannot be read: {error.strerror or error}") from error
     except (SyntaxError, ValueError) as error:

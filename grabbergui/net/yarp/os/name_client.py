@@ -20,6 +20,7 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
+from grabbergui.core.regular_files import read_bounded
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply, check_port_name, literal_address
 from grabbergui.net.yarp.os.connection import Connection
@@ -120,6 +121,10 @@ def require_authentication() -> None:
         )
 
 
+_MAX_BYTES = 1 << 20
+"Bytes of the largest file of YARP's configuration."
+
+
 def _path(name: str) -> Path | None:
     """Return the place of a file of YARP's configuration. Raises SourceUnavailableError."""
     for path in (folder / name for folder in config_folders()):
@@ -135,9 +140,11 @@ def _read(name: str) -> str:
     """Return the text of a file of YARP's configuration; empty without one. Raises SourceUnavailableError."""
     path = _path(name)
     try:
-        return path.read_text(errors="replace") if path else ""
+        return read_bounded(path, _MAX_BYTES, "file of YARP").decode("utf-8", "replace") if path else ""
     except OSError as error:
         raise _unreadable(path, error) from error
+    except UsageError as error:
+        raise SourceUnavailableError(str(error)) from error
 
 
 def _unreadable(path: Path | None, error: OSError) -> SourceUnavailableError:

@@ -1,0 +1,73 @@
+"""Opens files that users, other programs or other users left, in the one way that cannot hang.
+
+A name may lead to a FIFO, whose opening waits for a writer, to a device such as /dev/zero, which never ends,
+or to a folder; in a folder shared by several users, to a link that one of them placed. Only regular files
+are opened, without waiting, and read up to a limit. The type is checked before the opening, as the opening
+of a device may already act on it, and again on the descriptor, as the name may have been exchanged
+meanwhile.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from io import BufferedReader
+from pathlib import Path
+
+from grabbergui.core.errors import UsageError
+
+_FLAGS = os.O_RDONLY | sum(
+    getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY")
+)
+_KINDS = (
+    (stat.S_ISFIFO, "a pipe (FIFO)"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISLNK, "a link"),
+)
+
+
+def open_regular(path: Path, *, own: bool = False) -> BufferedReader:
+    """Open a regular file for reading. Raises UsageError for anything else, OSError.
+
+    `own` is for folders shared by several users: a link is not followed, and the file must belong to the
+    user of this process (or to root). IsADirectoryError is raised for a folder.
+    """
+    _require_regular(path, path.lstat() if own else path.stat(), own)
+    descriptor = os.open(path, _FLAGS | (getattr(os, "O_NOFOLLOW", 0) if own else 0))
+    try:
+        _require_regular(path, os.fstat(descriptor), own)
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def check_regular(path: Path) -> None:
+    """Raise UsageError unless a path leads to a regular file, OSError; for libraries that open it by name."""
+    open_regular(path).close()
+
+
+def read_bounded(path: Path, most: int, kind: str, *, own: bool = False) -> bytes:
+    """Return the content of a regular file of some `kind`, `own` as for `open_regular`.
+
+    Raises UsageError beyond `most` bytes, and as `open_regular` does.
+    """
+    with open_regular(path, own=own) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        size = f"{most >> 20} MiB" if most >= 1 << 20 else f"{most >> 10} KiB"
+        raise UsageError(f"{path} is too long for a {kind}: larger than {size}")
+    return content
+
+
+def _require_regular(path: Path, status: os.stat_result, own: bool) -> None:
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(status.st_mode):
+        kind = next((name for matches, name in _KINDS if matches(status.st_mode)), "something else")
+        raise UsageError(f"{path} is {kind}, not a regular file; it is not opened")
+    if own and hasattr(os, "geteuid") and status.st_uid not in (os.geteuid(), 0):
+        raise UsageError(f"{path} belongs to another user (id {status.st_uid}); it is not opened")
