@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from typing_extensions import override
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
@@ -33,7 +34,8 @@ from grabbergui.servo.detection import Detector, FaceSearch, Sighting, face_dete
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.robot import KinematicModel
+from grabbergui.servo.robots.faults import STRANGER_PERIOD, Faults, ImageFaults
+from grabbergui.servo.robots.robot import KinematicModel, RobotState
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
 
@@ -191,6 +193,19 @@ def in_base(robot: SimRobot, thing: Pose) -> Pose:
     return geometry.inverse(robot.model.stands) @ thing
 
 
+class _HeardRobot(SimRobot):
+    """A simulated robot as its client hears it: a stranger's readings arrive among its own."""
+
+    HEARD = 1 / 3
+    "Share of its own readings: it sends 100 a second, the stranger 200."
+
+    @override
+    def state(self) -> RobotState:
+        own = super().state()
+        false = self.faults.false_reading(own.time)
+        return own if false is None or self.faults.random.random() < self.HEARD else false
+
+
 @dataclass
 class ClosedLoop:
     """A run in simulated time. Set it up, then `run`."""
@@ -214,10 +229,12 @@ class ClosedLoop:
     rendered: bool = True
     """Whether frames are rendered and searched. Otherwise the single marker's pose is computed, and there are
     no faces: an approach then takes a tenth of a second instead of three."""
+    faults: Faults = field(default_factory=Faults)
+    "Of the robot, its camera and strangers."
 
     def __post_init__(self) -> None:
         things = things_for(self.config.marker, self.things)
-        self.robot = SimRobot(self.model, lambda: self.now, self.head, self.arm)
+        self.robot = _HeardRobot(self.model, lambda: self.now, self.head, self.arm, self.faults)
         self.loop = ServoLoop(self.config, self.robot)
         self.gate = CommandGate(self.robot, self.config)
         self.camera_runs = True
@@ -231,6 +248,12 @@ class ClosedLoop:
         self._next_frame, self._frames = self.now, 0
         self._random = np.random.default_rng(self.seed)
         self._on_the_way: list[tuple[float, Sighting]] = []
+        self._image_faults: ImageFaults[Sighting] = ImageFaults(
+            self.faults,
+            lambda sighting, now: replace(sighting, captured=now),
+            # A detector finds no marker in any of these images.
+            lambda sighting, _: Sighting(sighting.captured),
+        )
 
     def run(self, seconds: float, until: object = None) -> ControlCycle:
         """Let time pass, or run until the state is `until`; return the last cycle."""
@@ -253,16 +276,26 @@ class ClosedLoop:
         passed = self.gate.send(cycle.command, self.now)
         self.loop.commanded(cycle.command if passed else Command(halt=True), self.gate.hindrance)
         self.cycles.append(cycle)
-        self.now += 1 / self.config.loop.rate
+        self._pass(1 / self.config.loop.rate)
         self.gate.expire(self.now)
         return cycle
+
+    def _pass(self, seconds: float) -> None:
+        """Let time pass, in which a second master may send commands."""
+        end = self.now + seconds
+        while self.now < end - STRANGER_PERIOD:
+            self.now += STRANGER_PERIOD
+            twist = self.faults.master_twist(self.now)
+            if twist is not None:
+                self.robot.obey_stranger(twist)
+        self.now = end
 
     def true_error(self) -> tuple[float, float]:
         """Return metres and radians from the hand to the goal of the board's true pose."""
         board = self.things.board(self.now)
         if board is None:
             return math.nan, math.nan
-        goal, hand = self.loop.arm.goal(in_base(self.robot, board)), self.robot.state().hand
+        goal, hand = self.loop.arm.goal(in_base(self.robot, board)), self.robot.truth().hand
         return geometry.distance(hand, goal), geometry.angle_between(hand, goal)
 
     def _expose(self, moment: float) -> None:
@@ -270,7 +303,8 @@ class ClosedLoop:
         self._next_frame += 1 / self.fps
         if not self.camera_runs or self._random.random() < self.loss:
             return
-        self._on_the_way.append((moment + self.latency, self._sighting(moment)))
+        for sighting in self._image_faults.pass_on(self._sighting(moment), moment):
+            self._on_the_way.append((moment + self.latency, sighting))
 
     def _sighting(self, moment: float) -> Sighting:
         """Return the detections of a frame that is exposed at a moment."""

@@ -17,6 +17,7 @@ from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
+from grabbergui.servo.robots.faults import STARTED, Faults
 from grabbergui.servo.robots.robot import JointHistory, KinematicModel, Robot, RobotState
 
 STEP = 0.01
@@ -44,9 +45,12 @@ class SimRobot(Robot):
         clock: Callable[[], float] = time.monotonic,
         head: ArrayLike = (0.0, 0.0),
         arm: ArrayLike | None = None,
+        faults: Faults | None = None,
     ) -> None:
         """`head` and `arm` are the joints' first angles, radians."""
         super().__init__(model, f"simulated {model.name}")
+        self.faults = faults or Faults()
+        "What is wrong with this robot; read them on its `clock`."
         self.limit_violations = 0
         "Number of steps after which a joint was beyond its limits or too fast; stays 0."
         self._clock = clock
@@ -60,8 +64,10 @@ class SimRobot(Robot):
         "The commanded velocity, or the highest speed on the way to `_head_target`."
         self._twist = np.zeros(6)
         self._head_until = self._arm_until = -math.inf
+        self._true: RobotState | None = None
+        "The true state at `_time`, once it was requested."
         self._state: RobotState | None = None
-        "The reading at `_time`, once it was requested."
+        "The reading at that time."
         self._history = JointHistory(400)
         self._history.add(self._time, self._head.angles)
 
@@ -75,13 +81,21 @@ class SimRobot(Robot):
 
     @override
     def state(self) -> RobotState:
-        """Return a reading of the present moment."""
+        """Return a reading of the present moment; the last one from a robot that sends no more."""
+        with self._lock:
+            true = self.truth()
+            if self._state is None:
+                self._state = self.faults.reading(true, self.model.arm)
+            return self._state
+
+    def truth(self) -> RobotState:
+        """Return where the joints and the hand are, whatever the robot reports."""
         with self._lock:
             self._advance()
-            if self._state is None:
+            if self._true is None:
                 hand = self.model.arm.forward(self._arm.angles)
-                self._state = RobotState(self._time, self._head.angles, hand, self._arm.angles)
-            return self._state
+                self._true = RobotState(self._time, self._head.angles, hand, self._arm.angles)
+            return self._true
 
     @override
     def move_head(self, velocity: Vector) -> None:
@@ -121,6 +135,12 @@ class SimRobot(Robot):
             self._twist = _finite(twist, 6)
             self._arm_until = self._time + self.COMMAND_TIMEOUT
 
+    def obey_stranger(self, twist: Vector) -> None:
+        """Follow a twist from another program while twists are obeyed: from `move_hand` until `stop`."""
+        with self._lock:
+            if self._arm_until > -math.inf:
+                self.move_hand(twist)
+
     @override
     def stop(self) -> bool:
         with self._lock:
@@ -153,13 +173,15 @@ class SimRobot(Robot):
             now = self._clock()
             if now - self._time < RESOLUTION - 1e-9:
                 return
-            self._state = None
+            self._true = self._state = None
             while self._time < now - 1e-9:
                 if now - self._time > SETTLED and self._rests():
                     self._time = now - STEP
                 seconds = min(STEP, now - self._time)
                 self._integrate(seconds)
                 self._time += seconds
+                if self._arm.fastest > STARTED:
+                    self.faults.moved(self._time)
                 self._history.add(self._time, self._head.angles)
 
     def _rests(self) -> bool:
@@ -179,6 +201,9 @@ class SimRobot(Robot):
         elif self._arm_target is not None:
             fastest = self.model.arm.fastest
             arm = np.clip((self._arm_target - self._arm.angles) / AIM_S, -fastest, fastest)
+        if self.faults.since("arm-blocked", self._time) is not None:
+            self._arm.halt()
+            arm = np.zeros_like(arm)
         for drive, velocity in ((self._head, head), (self._arm, arm)):
             self.limit_violations += drive.advance(velocity, seconds)
 

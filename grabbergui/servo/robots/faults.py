@@ -1,0 +1,221 @@
+"""Faults that a simulated robot, its camera, or a stranger on its network can have. No I/O, no clock.
+
+`FAULTS` lists them by name. A simulator asks a `Faults` what its robot reports, which images its camera
+sends, and what strangers send, at times on the robot's clock. A fault begins some seconds after the arm first
+moves, so that it meets a hand in motion however long the servo program took to start.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from grabbergui.calibration.geometry import Vector
+from grabbergui.core.errors import UsageError
+from grabbergui.servo.kinematics import Chain
+from grabbergui.servo.robots.robot import RobotState
+
+FAULTS = {
+    "arm-blocked": "the arm does not move any more; its readings are true",
+    "hand-drifts": "the hand's reading drifts away at 50 mm/s",
+    "hand-far": "the hand's reading is 10^12 m away; without such a reading, a joint's is 10^12 rad",
+    "hand-jumps": "the hand's reading is off by 0.3 m",
+    "readings-freeze": "readings stay as they are, but for noise of 10 um and 10 urad",
+    "readings-nan": "readings are not numbers",
+    "readings-repeat": "readings stay as they are, to the last bit",
+    "readings-stop": "no more readings",
+    "camera-lost": "no more images",
+    "image-repeats": "the camera sends its last image for ever, with new stamps",
+    "images-alternate": "the camera sends its last two images for ever, with new stamps",
+    "images-dark": "images are black",
+    "images-late": "images arrive 1.0 s late, with the stamps of their exposure",
+    "images-late-restamped": "images arrive 1.0 s late, with the stamps of their arrival",
+    "images-mirrored": "images are mirrored",
+    "images-noise": "images are noise",
+    "false-readings": "a stranger sends old readings, with noise of 10 um, 200 times a second",
+    "second-master": "a stranger sends the arm a velocity of -0.3 m/s along y, 200 times a second",
+}
+"What each fault does, by name."
+DEFAULT_AFTER = 0.5
+"Seconds of motion after which a fault begins by default."
+STARTED = 0.05
+"Speed of the fastest joint of an arm that has begun to move, rad/s."
+NOISE = 1e-5
+"Standard deviation of the noise of otherwise frozen readings, metres and radians."
+JUMP_M = 0.3
+DRIFT = 0.05
+"Metres per second."
+FAR = 1e12
+LATE_S = 1.0
+MASTER_TWIST = np.array([0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
+"The second master's twist, m/s along the base's axes."
+STRANGER_PERIOD = 0.005
+"Seconds between two messages of a stranger."
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault and when it begins."""
+
+    name: str
+    after: float = DEFAULT_AFTER
+    "Seconds after the arm's first motion."
+
+    @staticmethod
+    def parse(text: str) -> Fault:
+        """Read `NAME[@SECONDS]`. Raises UsageError for an unknown name, and for a time that is none."""
+        name, at, seconds = text.partition("@")
+        if name not in FAULTS:
+            raise UsageError(f"--fault {text}: there is no fault {name!r}; there are {', '.join(FAULTS)}")
+        try:
+            after = float(seconds) if at else DEFAULT_AFTER
+        except ValueError:
+            after = math.nan
+        if not 0 <= after <= 3600:
+            raise UsageError(f"--fault {text}: write {name}@SECONDS, 0 to 3600 after the arm first moves")
+        return Fault(name, after)
+
+
+class Faults:
+    """The faults of one simulation. Its owner serialises calls; times never decrease."""
+
+    def __init__(self, faults: Sequence[Fault] = (), *, reports_hand: bool = True, seed: int = 1) -> None:
+        """Without `reports_hand` the robot reports only joints; faults of the hand's reading are theirs."""
+        self._after = {fault.name: fault.after for fault in faults}
+        self._reports_hand = reports_hand
+        self.random = np.random.default_rng(seed)
+        "Of noise and of what overtakes what."
+        self._moved: float | None = None
+        self._held: RobotState | None = None
+        "The last true reading before a fault of the readings."
+
+    def __bool__(self) -> bool:
+        return bool(self._after)
+
+    def moved(self, now: float) -> None:
+        """Note that the arm moves."""
+        if self._moved is None:
+            self._moved = now
+
+    def since(self, name: str, now: float) -> float | None:
+        """Return for how many seconds a fault has lasted; None before it begins, and if it is not wanted."""
+        if self._moved is None or name not in self._after:
+            return None
+        lasted = now - self._moved - self._after[name]
+        return lasted if lasted >= 0 else None
+
+    def active(self, now: float) -> list[str]:
+        """Return the names of the faults that have begun."""
+        return [name for name in self._after if self.since(name, now) is not None]
+
+    def reading(self, true: RobotState, chain: Chain) -> RobotState:
+        """Return what the robot reports instead of its true state; the last reading if it reports no more.
+
+        `chain` is the arm's.
+        """
+        now = true.time
+        if self._held is None or not self._reading_faults(now):
+            self._held = true
+        held = self._held
+        if self.since("readings-stop", now) is not None:
+            return held
+        if self.since("readings-nan", now) is not None:
+            nothing = None if true.arm is None else np.full_like(true.arm, np.nan)
+            return RobotState(now, np.full_like(true.head, np.nan), np.full((4, 4), np.nan), nothing)
+        if self.since("readings-repeat", now) is not None:
+            return replace(held, time=now)
+        if self.since("readings-freeze", now) is not None:
+            return self.noisy(replace(held, time=now))
+        for name, metres in (("hand-jumps", JUMP_M), ("hand-far", FAR), ("hand-drifts", DRIFT)):
+            lasted = self.since(name, now)
+            if lasted is not None:
+                return self._displaced(true, chain, metres * (lasted if name == "hand-drifts" else 1.0))
+        return true
+
+    def false_reading(self, now: float) -> RobotState | None:
+        """Return what a stranger sends as the robot's reading; None while there is none."""
+        if self.since("false-readings", now) is None or self._held is None:
+            return None
+        return self.noisy(replace(self._held, time=now))
+
+    def master_twist(self, now: float) -> Vector | None:
+        """Return the twist that a second master sends the hand; None while there is none."""
+        return None if self.since("second-master", now) is None else MASTER_TWIST.copy()
+
+    def noisy(self, state: RobotState) -> RobotState:
+        """Return a reading with noise of NOISE."""
+        hand = state.hand.copy()
+        hand[:3, 3] += self.random.normal(0, NOISE, 3)
+        arm = None if state.arm is None else state.arm + self.random.normal(0, NOISE, state.arm.shape)
+        return replace(
+            state, head=state.head + self.random.normal(0, NOISE, state.head.shape), hand=hand, arm=arm
+        )
+
+    def _reading_faults(self, now: float) -> bool:
+        names = ("readings-stop", "readings-repeat", "readings-freeze", "false-readings")
+        return any(self.since(name, now) is not None for name in names)
+
+    def _displaced(self, true: RobotState, chain: Chain, metres: float) -> RobotState:
+        if self._reports_hand or true.arm is None:
+            hand = true.hand.copy()
+            hand[0, 3] += metres
+            return replace(true, hand=hand)
+        # The joint that moves the hand most, by as much.
+        reach = np.linalg.norm(chain.jacobian(true.arm)[:3], axis=0)
+        arm = true.arm.copy()
+        joint = int(np.argmax(reach))
+        arm[joint] += metres / reach[joint] if metres < FAR else metres
+        return replace(true, arm=arm, hand=chain.forward(arm))
+
+
+Image = TypeVar("Image")
+
+
+class ImageFaults(Generic[Image]):
+    """Faults between a camera and its readers, whatever stands for an image. Use from one thread."""
+
+    def __init__(
+        self,
+        faults: Faults,
+        restamped: Callable[[Image, float], Image],
+        spoiled: Callable[[Image, str], Image],
+    ) -> None:
+        """`restamped` returns an image as if exposed at a time; `spoiled` dark, mirrored, or as noise.
+
+        The second argument of `spoiled` is the fault's name.
+        """
+        self._faults, self._restamped, self._spoiled = faults, restamped, spoiled
+        self._last: deque[Image] = deque(maxlen=2)
+        self._sent = 0
+        self._late: deque[tuple[float, Image]] = deque()
+
+    def pass_on(self, image: Image, now: float) -> list[Image]:
+        """Return the images that arrive, when one is exposed and delivered `now`."""
+        active = self._faults.active(now)
+        if "camera-lost" in active:
+            return []
+        repeats = "image-repeats" in active or "images-alternate" in active
+        if not repeats or not self._last:
+            self._last.append(image)
+        if repeats:
+            kept = list(self._last)[-1 if "image-repeats" in active else -2 :]
+            repeated = kept[self._sent % len(kept)]
+            self._sent += 1
+            return [self._restamped(repeated, now)]
+        for name in ("images-dark", "images-mirrored", "images-noise"):
+            if name in active:
+                image = self._spoiled(image, name)
+        late = [name for name in active if name.startswith("images-late")]
+        if not late:
+            return [image]
+        self._late.append((now, image))
+        arrived = []
+        while self._late and self._late[0][0] <= now - LATE_S:
+            due = self._late.popleft()[1]
+            arrived.append(self._restamped(due, now) if "images-late-restamped" in late else due)
+        return arrived
