@@ -20,16 +20,11 @@ from xml.parsers import expat
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.device import MAX_XML_BYTES
 from grabbergui.driver.genapi.formulas import without_traps
+from grabbergui.driver.genapi.mending import mended
 
 # -- cleaning ------------------------------------------------------------------------------------
 _START = re.compile(rb"<\?xml|<(?:\w+:)?RegisterDescription\b")
 _ENTITIES = re.compile(rb"<!DOCTYPE|<!ENTITY")
-_SPACED = re.compile(
-    r"<(Visibility|AccessMode|ImposedAccessMode|Cachable|Sign|Endianess|Representation|DisplayNotation|Slope"
-    r"|IsLinear|IsSelfClearing|Streamable|IsDeprecated|CacheChunkData|SwapEndianess)>\s*(\w+)\s*</"
-)
-"Elements whose text is one of a few keywords."
-_SWAPPED = re.compile(r"(<Description>[^<]*</Description>)(\s*)(<ToolTip>[^<]*</ToolTip>)")
 
 
 @functools.lru_cache(maxsize=4)
@@ -49,9 +44,7 @@ def clean_xml(data: bytes) -> str:
         raise RemoteProtocolError("the camera's description declares entities, which GenICam does not allow")
     end = body.rfind(b">")
     # Latin-1 comments under a UTF-8 declaration are common; names are ASCII.
-    xml = body[: end + 1].decode("utf-8", errors="replace")
-    # Two common violations of the schema that vendors' viewers tolerate and GenApi does not.
-    return _SWAPPED.sub(r"\3\2\1", _SPACED.sub(r"<\1>\2</", xml))
+    return body[: end + 1].decode("utf-8", errors="replace")
 
 
 def port_name(xml: str) -> str:
@@ -104,7 +97,7 @@ def vetted(xml: str) -> str:
     Raises RemoteProtocolError if it is not well-formed or beyond the limits.
     """
     # The text is decoded already; another encoding in its declaration would make GenApi read other text.
-    xml = '<?xml version="1.0" encoding="utf-8"?>' + _DECLARATION.sub("", xml, count=1)
+    xml = '<?xml version="1.0" encoding="utf-8"?>' + mended(_DECLARATION.sub("", xml, count=1))
     reader = _Reader(xml.encode())
     _require_bounded_chains(reader.nodes)
     _require_bounded_tree(reader.nodes)

@@ -88,23 +88,24 @@ LIES = {
     "a formula that divides by zero": '<SwissKnife Name="Odd"><Formula>1/0</Formula></SwissKnife>',
     "a converter to infinity": '<Converter Name="Odd"><FormulaTo>FROM/0</FormulaTo><FormulaFrom>TO/0'
     "</FormulaFrom><pValue>R</pValue></Converter>" + register("IntReg", "R", ZERO),
+    "a limit of no node": integer("<pMin>Nowhere</pMin>"),
+    "a selector of no node": integer("<pSelected>Nowhere</pSelected>"),
+    "an access rule of no node": '<Integer Name="Odd"><pIsAvailable>Nowhere</pIsAvailable><Value>5</Value>'
+    "</Integer>",
+    "the value of no node": '<Integer Name="Odd"><pValue>Nowhere</pValue></Integer>',
+    "an enumeration without entries": enumeration(""),
+    "an entry without a number": enumeration(A_IS_1.replace("<Value>1</Value>", "")),
+    "an entry with a number that is none": enumeration(A_IS_1.replace("1", "one")),
+    "two entries of one name": enumeration(A_IS_1 + A_IS_1.replace(">1<", ">2<")),
     "a category of nothing": '<Category Name="Odd"></Category>',
 }
 
 BROKEN = {
-    "Dangling node reference 'Nowhere'": (
-        integer("<pMin>Nowhere</pMin>"),
-        integer("<pSelected>Nowhere</pSelected>"),
-        '<Integer Name="Odd"><pIsAvailable>Nowhere</pIsAvailable><Value>5</Value></Integer>',
-        '<Integer Name="Odd"><pValue>Nowhere</pValue></Integer>',
-    ),
     "cycle detected": (
         integer(LIMITS + "<pSelected>Odd</pSelected>"),
         '<IntSwissKnife Name="Odd"><pVariable Name="A">Odd</pVariable><Formula>A+1</Formula></IntSwissKnife>',
         '<Category Name="Odd"><pFeature>Root</pFeature></Category>',
     ),
-    "expected element not encountered": (enumeration(""),),
-    "duplicate node": (enumeration(A_IS_1 + A_IS_1.replace(">1<", ">2<")),),
 }
 
 

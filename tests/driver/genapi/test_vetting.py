@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -40,32 +39,6 @@ def test_text_around_the_description_is_cut_off(dump):
 def test_latin1_comments_do_not_stop_it():
     assert "RegisterDescription" in clean_xml(b"<!-- \xb5s -->" + BODY)
     assert clean_xml(BODY[:-22] + b"<!-- \xb5s -->" + BODY[-22:])
-
-
-@pytest.mark.parametrize(
-    ("vendors", "tidied"),
-    [
-        (b"<Visibility>\n  Beginner </Visibility>", "<Visibility>Beginner</Visibility>"),
-        (b"<AccessMode> RW</AccessMode>", "<AccessMode>RW</AccessMode>"),
-        (
-            b"<Description>Long.</Description>\n<ToolTip>Short</ToolTip>",
-            "<ToolTip>Short</ToolTip>\n<Description>Long.</Description>",
-        ),
-        (b"<ToolTip> as it is </ToolTip>", "<ToolTip> as it is </ToolTip>"),
-    ],
-)
-def test_slips_that_viewers_tolerate_are_mended(vendors, tidied):
-    assert clean_xml(BODY[:-22] + vendors + BODY[-22:]) == (
-        BODY[:-22].decode() + tidied + BODY[-22:].decode()
-    )
-
-
-def test_genapi_loads_what_was_mended():
-    xml = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
-    slips = xml.replace("<Visibility>Guru</Visibility>", "<Visibility> Guru\n</Visibility>")
-    assert slips != xml
-
-    assert port.load(clean_xml(slips.encode())).has_node("Width")
 
 
 def test_entities_are_refused():
