@@ -1,7 +1,7 @@
 """Mends slips in a camera's description for which GenApi would refuse the camera as a whole.
 
-GenApi checks the schema (GenICam GenApi 2.1, 2.8) and every reference, and gives up at the first fault. Here a
-fault costs at most the node or the entry that has it, and often nothing:
+GenApi checks the schema (GenICam GenApi 2.1, 2.8) and every reference, and gives up at the first fault. Here
+a fault costs at most the node or the entry that has it, and often nothing:
 
 - a formatter's line breaks and blanks around names, numbers and keywords are removed;
 - an enumeration's entry whose name is no identifier (`UTC-12:00`) gets a legal one, and keeps its own as the
@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 _ENTRIES = frozenset({"EnumEntry", "StructEntry"})
 "Elements within a node that are like nodes themselves."
 _TEXTS = frozenset({"ToolTip", "Description", "DisplayName", "DocuURL", "Unit", "Comment"})
-"Elements with free text; blanks in it mean nothing only where a line break shows that a formatter added them."
+"Elements with free text, from which blanks are removed only with a line break that a formatter added."
 _HEAD = (
     "Extension",
     "ToolTip",
@@ -51,10 +51,10 @@ _HEAD = (
 )
 "The elements with which every node may begin, in the schema's order."
 _ORDER = {name: place for place, name in enumerate(_HEAD)}
-_OPTIONAL = frozenset(
-    "pFeature pSelected pInvalidator pError pAlias pCastAlias pBlockPolling pIsImplemented pIsAvailable"
-    " pIsLocked pMin pMax pInc pValueCopy".split()
-)
+_OPTIONAL = frozenset({
+    "pFeature", "pSelected", "pInvalidator", "pError", "pAlias", "pCastAlias", "pBlockPolling",
+    "pIsImplemented", "pIsAvailable", "pIsLocked", "pMin", "pMax", "pInc", "pValueCopy",
+})  # fmt: skip
 "References without which their node still works."
 _REFERENCE = re.compile(r"p[A-Z]\w*$")
 _SYMBOL = re.compile(r"[A-Za-z0-9]\w*$", re.ASCII)
@@ -65,7 +65,7 @@ _MOST_NAMED = 5
 
 
 def mended(xml: str) -> str:
-    """Return the description with its slips mended; the same text if it has none, or is no well-formed XML."""
+    """Return the description with its slips mended; the same text if it has none or is not well-formed."""
     root = _parsed(xml)
     if root is None:
         return xml

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from fakes import XmlDevice
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import port
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.vetting import MOST_ENTRIES, MOST_NODES, clean_xml, port_name, vetted
 from grabbergui.driver.sim.memory import camera_xml
