@@ -10,19 +10,21 @@ OpenCV's matrices. `camera_model` and `camera_serial`, which ROS ignores, name t
 
 from __future__ import annotations
 
+import itertools
 import logging
 import re
 from collections.abc import Callable
 from functools import partial
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
+from grabbergui.calibration import ost_ini
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
+    FISHEYE,
     NOMINAL_FIELD_OF_VIEW,
     Calibration,
     Matrix,
@@ -53,11 +55,13 @@ class FittedCalibration:
     """A camera's calibration, shared by the networks that serve it. Any thread."""
 
     def __init__(self, grabber: FrameGrabber, file: Path | None = None) -> None:
-        """Load `file` if it exists; `keep` writes it. Raises UsageError for a bad file, OSError."""
+        """Begin with the calibration of `file`, as `use` does."""
         self.calibration: Calibration | None = None
         "The calibration as it was made; None without one."
         self._grabber = grabber
         self._file: Path | None = None
+        self._refused = ""
+        "Why the file was not loaded; empty if it was, or if there is none yet."
         self._fitted: tuple[object, Calibration | None] = (None, None)
         "What the last calibration was fitted to, and that calibration; exchanged as one."
         self._changes = 0
@@ -72,19 +76,34 @@ class FittedCalibration:
         return self._file
 
     def use(self, file: Path) -> None:
-        """Load `file` if it exists; `keep` writes it from now on. Raises UsageError, OSError."""
-        self._file = file
-        if file.exists():  # a folder or pipe is refused
-            self.calibration = load_for(self._grabber.info, file)
+        """Load `file` if it exists; `keep` writes it from now on.
+
+        A file that is refused stops no camera: there is a warning, images are sent without a calibration, and
+        the file is left as it is.
+        """
+        self._file, self._refused = file, ""
+        try:
+            if file.exists():
+                self.calibration = load_for(self._grabber.info, file)
+        except (UsageError, OSError) as error:
+            self._refused = str(error)
+            log.warning("%s; images are sent without this calibration", error)
 
     def close(self) -> None:
         """Release the grabber. May be called twice."""
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def keep(self, calibration: Calibration) -> Path | None:
-        """Use another calibration, and save it if there is a file; return that file. Raises OSError."""
+        """Use another calibration, and save it if there is a file; return that file.
+
+        Raises OSError, and UsageError rather than replace a file that was refused or write one that would be.
+        """
         calibration = calibration.made_with(self._grabber.info)
         if self._file is not None:
+            if self._refused and self._file.exists():
+                raise UsageError(
+                    f"{self._file} is kept, as it could not be loaded ({self._refused}); rename or remove it"
+                )
             save(calibration, self._file)
         self.calibration = calibration
         return self._file
@@ -176,8 +195,16 @@ class CalibrationChoice:
 
     @classmethod
     def file(cls, path: Path, info: DeviceInfo) -> CalibrationChoice:
-        """Choose the calibration of a camera from a camera_info file. Raises UsageError, OSError."""
-        return cls(load_for(info, path).scaled_to)
+        """Choose the calibration of a camera from a camera_info file, for poses and servoing.
+
+        Raises UsageError, also for a fisheye lens, OSError.
+        """
+        calibration = load_for(info, path)
+        try:
+            _ = calibration.pinhole_distortion
+        except UsageError as error:
+            raise UsageError(f"{path}: {error}") from None
+        return cls(calibration.scaled_to)
 
     @classmethod
     def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:
@@ -195,6 +222,10 @@ class CalibrationChoice:
 
 # -- files ---------------------------------------------------------------------------------------
 _KEYS = ("image_width", "image_height", "camera_matrix", "distortion_coefficients")
+
+
+_MODELS = {"fisheye": FISHEYE}
+"Distortion models by other names than ROS's."
 
 
 def load(path: Path) -> Calibration:
@@ -217,8 +248,12 @@ def load_for(info: DeviceInfo, path: Path) -> Calibration:
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write a camera_info file. Raises OSError."""
-    write_whole(path, dump(calibration))
+    """Write a camera_info file. Raises OSError, and UsageError for one that `load` would refuse."""
+    text = dump(calibration)
+    if len(text.encode()) > _MAX_FILE_BYTES:
+        raise UsageError(f"{path}: a calibration of {len(text)} characters is too long")
+    parse(text, str(path))
+    write_whole(path, text)
 
 
 def dump(calibration: Calibration) -> str:
@@ -241,7 +276,7 @@ def dump(calibration: Calibration) -> str:
 
 def parse(text: str, where: str = "calibration") -> Calibration:
     """Read the text of a camera_info file. Raises UsageError naming `where` and the fault."""
-    values = read_yaml(text, where)
+    values = ost_ini.mapping(text, where) if ost_ini.is_ini(text) else _only_calibration(text, where)
     if not any(key in values for key in _KEYS):
         found = f" but has {', '.join(str(key)[:20] for key in list(values)[:6])}" if values else ""
         raise UsageError(
@@ -252,6 +287,7 @@ def parse(text: str, where: str = "calibration") -> Calibration:
     # OpenCV names no model.
     short = coefficients.size <= DISTORTION_LENGTH["plumb_bob"]
     model = _text(values, "distortion_model", "plumb_bob" if short else "rational_polynomial")
+    model = _MODELS.get(model, model)
     if model not in DISTORTION_LENGTH:
         raise UsageError(
             f"{where}: distortion model '{model[:60]}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
@@ -284,6 +320,18 @@ def parse(text: str, where: str = "calibration") -> Calibration:
         raise UsageError(f"{where}: {error}") from None
 
 
+def _only_calibration(text: str, where: str) -> dict[str, Any]:
+    """Return the YAML document that is a calibration, or the first one. Raises UsageError for several."""
+    documents = read_documents(text, where)
+    calibrations = [each for each in documents if any(key in each for key in _KEYS)]
+    if len(calibrations) > 1:
+        names = ", ".join(_text(each, "camera_name", "camera")[:40] for each in calibrations[:8])
+        raise UsageError(
+            f"{where} has {len(calibrations)} calibrations ({names}); save the camera's in a file of its own"
+        )
+    return (calibrations or documents or [{}])[0]
+
+
 def _matrix(values: Matrix) -> dict[str, Any]:
     return {"rows": values.shape[0], "cols": values.shape[1], "data": [float(v) for v in values.flat]}
 
@@ -314,7 +362,7 @@ def _text(values: dict[str, Any], key: str, default: str) -> str:
 
 def _size(values: dict[str, Any], key: str, where: str) -> int:
     value = values.get(key)
-    if not isinstance(value, int) or not 0 < value < 1 << 16:
+    if not isinstance(value, int):
         raise UsageError(f"{where}: {key} is {_text(values, key, '')[:60]}, not a number of pixels")
     return value
 
@@ -376,11 +424,24 @@ _DASHES = re.compile(rf"^[ \t]*(?:[-?:][ \t]+){{{_DEEPEST}}}", re.MULTILINE)
 
 def read_yaml(text: str, where: str) -> dict[str, Any]:
     """Return the mapping in a text, or an empty one. Raises UsageError with the line."""
-    depth = max(accumulate(_BRACKETS.get(sign, 0) for sign in text), default=0)
+    documents = read_documents(text, where)
+    if len(documents) > 1:
+        raise UsageError(f"{where} has {len(documents)} YAML documents; one is expected")
+    return documents[0] if documents else {}
+
+
+MOST_DOCUMENTS = 100
+
+
+def read_documents(text: str, where: str) -> list[dict[str, Any]]:
+    """Return the mappings of a text's YAML documents that are not empty. Raises UsageError with the line."""
+    depth = max(itertools.accumulate(_BRACKETS.get(sign, 0) for sign in text), default=0)
     if depth > _DEEPEST or _DASHES.search(text):
         raise UsageError(f"{where} is no YAML of a calibration: lists or brackets are nested too deeply")
     try:
-        values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
+        loaded = list(
+            itertools.islice(yaml.load_all(_OPENCV_DIRECTIVE.sub("", text), _Loader), MOST_DOCUMENTS)
+        )
     except yaml.MarkedYAMLError as error:
         mark, last = error.problem_mark, text.count("\n")  # libyaml marks the end after the last line
         line = f", line {min(mark.line, last) + 1}" if mark is not None else ""
@@ -388,9 +449,10 @@ def read_yaml(text: str, where: str) -> dict[str, Any]:
         raise UsageError(f"{where}{line}: {problem}") from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise UsageError(f"{where} is no YAML of a calibration: {str(error).splitlines()[0]}") from None
-    if not isinstance(values, dict | None):
+    documents = [each for each in loaded if each is not None]
+    if not all(isinstance(each, dict) for each in documents):
         raise UsageError(f"{where} has no entries 'key: value'")
-    return values or {}
+    return documents
 
 
 def write_yaml(values: dict[str, Any]) -> str:

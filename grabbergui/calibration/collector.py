@@ -286,8 +286,10 @@ def _moved(before: View, after: View) -> float:
 
 def _residuals(view: View, calibration: Calibration) -> NDArray[np.float64]:
     _, rotation, translation = cv2.solvePnP(
-        view.board, view.image, calibration.matrix, calibration.distortion
+        view.board, view.image, calibration.matrix, calibration.pinhole_distortion
     )
-    seen, _ = cv2.projectPoints(view.board, rotation, translation, calibration.matrix, calibration.distortion)
+    seen, _ = cv2.projectPoints(
+        view.board, rotation, translation, calibration.matrix, calibration.pinhole_distortion
+    )
     residuals: NDArray[np.float64] = seen.reshape(-1, 2).astype(np.float64) - view.image
     return residuals

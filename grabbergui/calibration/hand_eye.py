@@ -219,12 +219,14 @@ def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float
     tools, targets, squares, freedom = [], [], 0.0, 0
     for view in views:
         found, turn, place = cv2.solvePnP(
-            view.points, view.pixels, calibration.matrix, calibration.distortion
+            view.points, view.pixels, calibration.matrix, calibration.pinhole_distortion
         )
         if not found:
             raise CalibrationError("a view shows the target so that no pose fits it; leave it out")
         targets.append(geometry.pose(geometry.rotation_from_vector(turn.ravel()), place.ravel()))
-        seen, _ = cv2.projectPoints(view.points, turn, place, calibration.matrix, calibration.distortion)
+        seen, _ = cv2.projectPoints(
+            view.points, turn, place, calibration.matrix, calibration.pinhole_distortion
+        )
         squares += float(np.sum((np.asarray(seen).reshape(-1, 2) - view.pixels) ** 2))
         freedom += 2 * len(view.points) - 6
         # The pose of the camera's mount in the frame of the target's.

@@ -159,7 +159,7 @@ class Problem:
             geometry.vector_from_rotation(pose[:3, :3]),
             pose[:3, 3],
             self.calibration.matrix,
-            self.calibration.distortion,
+            self.calibration.pinhole_distortion,
         )
         return np.ravel(np.asarray(seen, np.float64).reshape(-1, 2) - view.pixels)
 
@@ -194,7 +194,7 @@ class Problem:
             nothing,
             nothing,
             self.calibration.matrix,
-            self.calibration.distortion,
+            self.calibration.pinhole_distortion,
         )
         by_place = np.asarray(by_all, np.float64)[:, 3:6].reshape(-1, 2, 3)  # 3 of rotation come first
         pixels: NDArray[np.float64] = np.einsum("nij,knj->nik", by_place, moved)
@@ -324,7 +324,9 @@ def _seen_whole(
     if facing < math.cos(STEEPEST):
         return None
     nothing = np.zeros(3)
-    seen, _ = cv2.projectPoints(in_camera, nothing, nothing, calibration.matrix, calibration.distortion)
+    seen, _ = cv2.projectPoints(
+        in_camera, nothing, nothing, calibration.matrix, calibration.pinhole_distortion
+    )
     pixels = np.asarray(seen, np.float64).reshape(-1, 2)
     size = np.array([calibration.width, calibration.height])
     inside = (pixels >= MARGIN * size).all() and (pixels <= (1 - MARGIN) * size).all()

@@ -321,7 +321,7 @@ def located(
     method = cv2.SOLVEPNP_IPPE_SQUARE if square else cv2.SOLVEPNP_IPPE
     try:
         _, rotations, translations, errors = cv2.solvePnPGeneric(
-            points, pixels, of.matrix, of.distortion, flags=method
+            points, pixels, of.matrix, of.pinhole_distortion, flags=method
         )
     except cv2.error:
         return replace(marker, problem="its corners are no square's")
@@ -374,7 +374,7 @@ def pose_covariance(
     """
     placed = points @ pose[:3, :3].T
     turn = geometry.vector_from_rotation(pose[:3, :3])
-    _, derivatives = cv2.projectPoints(points, turn, pose[:3, 3], of.matrix, of.distortion)
+    _, derivatives = cv2.projectPoints(points, turn, pose[:3, 3], of.matrix, of.pinhole_distortion)
     by_place = np.asarray(derivatives, np.float64)[:, 3:6].reshape(-1, 2, 3)
     # A rotation ω about the camera's axes moves a corner r by ω × r, and row · (ω × r) = (r × row) · ω.
     by_turn = np.cross(placed[:, None, :], by_place)
@@ -398,7 +398,7 @@ def _refined_pose(
         points,
         pixels,
         of.matrix,
-        of.distortion,
+        of.pinhole_distortion,
         geometry.vector_from_rotation(pose[:3, :3]).reshape(3, 1),
         pose[:3, 3].reshape(3, 1).copy(),
     )

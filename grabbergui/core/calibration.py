@@ -1,8 +1,9 @@
 """A camera's calibration: how directions become pixels, and what the values of Coord3D pixels mean.
 
 The model is the pinhole of OpenCV: `x = K · distorted(X / Z)`, pixel centres at whole numbers, distortion
-`plumb_bob` (k1 k2 p1 p2 k3) or `rational_polynomial` (eight numbers). `calibration.camera_info` reads and
-writes it as ROS's tools do. The meaning of 3D data is that of the SFNC (2.7, 3D Scan Control).
+`plumb_bob` (k1 k2 p1 p2 k3) or `rational_polynomial` (eight numbers); or that of a fisheye lens, ROS's
+`equidistant` (k1 k2 k3 k4, OpenCV's `fisheye`). `calibration.camera_info` reads and writes it as ROS's tools
+do. The meaning of 3D data is that of the SFNC (2.7, 3D Scan Control).
 """
 
 from __future__ import annotations
@@ -25,10 +26,15 @@ from grabbergui.core.pixels import millimetres
 
 Matrix = NDArray[np.float64]
 
-DISTORTION_LENGTH = {"plumb_bob": 5, "rational_polynomial": 8}
+FISHEYE = "equidistant"
+DISTORTION_LENGTH = {"plumb_bob": 5, "rational_polynomial": 8, FISHEYE: 4}
 "The number of coefficients of each distortion model."
 NOMINAL_FIELD_OF_VIEW = 60.0
 "Horizontal field of view, in degrees, assumed for a camera that is not calibrated."
+LARGEST_SIDE = (1 << 16) - 1
+"Most pixels of a side of the images."
+LARGEST_NUMBER = 1e9
+"Largest coefficient or entry of a matrix. Telephoto lenses have k3 of some 1e5; 1e308 overflows."
 FOCAL_LENGTHS = 0.01, 1e5
 "Shortest focal length per pixel of the image's shorter side (178°), longest of its longer side (2″)."
 
@@ -43,7 +49,7 @@ class Calibration:
     matrix: Matrix
     "(3, 3) float64: fx 0 cx, 0 fy cy, 0 0 1; pixels."
     distortion: Matrix
-    "(5,) or (8,) float64."
+    "(5,), (8,) or, of a fisheye lens, (4,) float64."
     camera_name: str = "camera"
     nominal: bool = False
     "Whether it was derived from an assumed field of view; poses are then rough."
@@ -56,11 +62,14 @@ class Calibration:
     "The camera that it was made with; empty if it was not recorded."
 
     def __post_init__(self) -> None:
-        if self.width < 1 or self.height < 1:
-            raise UsageError(f"a calibration for images of {self.width}×{self.height} pixels is impossible")
+        if not (1 <= self.width <= LARGEST_SIDE and 1 <= self.height <= LARGEST_SIDE):
+            raise UsageError(
+                f"a calibration for images of {self.width}×{self.height} pixels is impossible; "
+                f"a side has 1 to {LARGEST_SIDE}"
+            )
         if self.matrix.shape != (3, 3) or self.distortion.shape[0] not in DISTORTION_LENGTH.values():
             raise UsageError(
-                f"a calibration needs a 3×3 camera matrix and 5 or 8 distortion coefficients, not "
+                f"a calibration needs a 3×3 camera matrix and 4, 5 or 8 distortion coefficients, not "
                 f"{self.matrix.shape} and {self.distortion.shape}"
             )
         if self.rectification.shape != (3, 3) or self.projection.shape != (3, 4):
@@ -71,6 +80,11 @@ class Calibration:
         numbers = (self.matrix, self.distortion, self.rectification, self.projection)
         if not all(np.isfinite(matrix).all() for matrix in numbers):
             raise UsageError("the calibration contains numbers that are not finite; calibrate again")
+        if (most := max(np.abs(matrix).max() for matrix in numbers)) > LARGEST_NUMBER:
+            raise UsageError(
+                f"the calibration contains {most:g}; its numbers are at most {LARGEST_NUMBER:g}: "
+                "calibrate again"
+            )
         focal = self.matrix[[0, 1], [0, 1]]
         low, high = np.array(FOCAL_LENGTHS) * sorted((self.width, self.height))
         if focal.min() < low or focal.max() > high:
@@ -84,6 +98,21 @@ class Calibration:
     def distortion_model(self) -> str:
         """ROS's name of the model."""
         return next(name for name, size in DISTORTION_LENGTH.items() if size == self.distortion.shape[0])
+
+    @property
+    def fisheye(self) -> bool:
+        """Whether the lens is a fisheye, for which OpenCV has functions of their own."""
+        return self.distortion_model == FISHEYE
+
+    @property
+    def pinhole_distortion(self) -> Matrix:
+        """The coefficients for OpenCV's functions of pinhole cameras. Raises UsageError for a fisheye."""
+        if self.fisheye:
+            raise UsageError(
+                f"the calibration is that of a fisheye lens ({FISHEYE}); poses and servoing need "
+                "plumb_bob or rational_polynomial: calibrate with `grabbergui calibrate`"
+            )
+        return self.distortion
 
     @property
     def projection(self) -> Matrix:

@@ -294,7 +294,7 @@ def _face(
     matrix = calibration.scaled_to(grey.shape[1], grey.shape[0]).matrix
     distance = float(matrix[0, 0]) * metres / max(width, 1)
     centre = np.array([[[x + width / 2 - 0.5, y + height / 2 - 0.5]]])
-    along_x, along_y = np.ravel(cv2.undistortPoints(centre, matrix, calibration.distortion))
+    along_x, along_y = np.ravel(cv2.undistortPoints(centre, matrix, calibration.pinhole_distortion))
     return FaceDetection(
         (x, y, width, height), (float(along_x) * distance, float(along_y) * distance, distance)
     )

@@ -172,7 +172,11 @@ def _add_middle(out: Drawing, cycle: ControlCycle, calibration: Calibration) -> 
 def _pixels(points: ArrayLike, calibration: Calibration) -> Points:
     """Project points of the camera's frame, (n, 3) metres, to (n, 2) pixels."""
     seen, _ = cv2.projectPoints(
-        np.asarray(points, np.float64), np.zeros(3), np.zeros(3), calibration.matrix, calibration.distortion
+        np.asarray(points, np.float64),
+        np.zeros(3),
+        np.zeros(3),
+        calibration.matrix,
+        calibration.pinhole_distortion,
     )
     return np.clip(seen.reshape(-1, 2), -_FAR, _FAR).astype(np.float64)
 

@@ -106,9 +106,10 @@ def test_a_disk_that_is_full_costs_no_calibration(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ("image_width: 640", "image_width: -3", "image_width is -3"),
+        ("image_width: 640", "image_width: -3", "images of -3×480 pixels is impossible"),
         ("image_width: 640", "image_width: .nan", "not a number of pixels"),
-        ("plumb_bob", "fisheye", "distortion model 'fisheye'"),
+        ("image_width: 640", "image_width: 4000000000", "a side has 1 to 65535"),
+        ("plumb_bob", "stereographic", "distortion model 'stereographic'"),
         ("  rows: 3\n  cols: 3\n  data: [ 430", "  rows: 2\n  cols: 3\n  data: [ 430", "for 2 rows"),
         ("430.21554970319971", ".inf", "not finite"),
         ("430.21554970319971", "-430.2", "focal lengths"),

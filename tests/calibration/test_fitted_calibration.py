@@ -1,9 +1,14 @@
 """A calibration follows when the camera bins or selects a region."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from fakes import ScriptedGrabber
+from grabbergui.calibration import camera_info
 from grabbergui.calibration.camera_info import FittedCalibration, fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureNotFoundError, UsageError
@@ -160,9 +165,10 @@ def test_a_file_is_loaded_and_written(tmp_path):
     assert intrinsics(FittedCalibration(grabber, file).now()) == intrinsics(WHOLE)
 
 
-def test_a_folder_is_refused(tmp_path):
-    with pytest.raises(IsADirectoryError):
-        FittedCalibration(camera(640, 480), tmp_path)
+def test_a_folder_stops_no_camera(tmp_path, caplog):
+    grabber = camera(640, 480, Width=640, Height=480)
+    assert FittedCalibration(grabber, tmp_path).of(frame(640, 480)) is None
+    assert f"{tmp_path}" in caplog.text and "images are sent without this calibration" in caplog.text
 
 
 def test_a_camera_is_not_polled_before_a_frame_needs_a_calibration():
@@ -178,8 +184,67 @@ def test_a_camera_is_not_polled_before_a_frame_needs_a_calibration():
     assert len(grabber.features_changed) == 0
 
 
-def test_a_file_that_holds_no_calibration_is_refused(tmp_path):
+def test_a_file_that_holds_no_calibration_stops_no_camera_and_is_kept(tmp_path, caplog):
     file = tmp_path / "cam.yaml"
     file.write_text("camera_matrix: nonsense\n")
-    with pytest.raises(UsageError, match=r"cam\.yaml"):
-        FittedCalibration(camera(640, 480), file)
+    calibrations = FittedCalibration(camera(640, 480), file)
+    assert calibrations.calibration is None and calibrations.file == file
+    assert f"{file}: distortion_coefficients is missing" in caplog.text
+
+    with pytest.raises(UsageError, match=r"cam\.yaml is kept, .* rename or remove it"):
+        calibrations.keep(WHOLE)
+    assert file.read_text() == "camera_matrix: nonsense\n"
+    file.unlink()
+    assert calibrations.keep(WHOLE) == file
+    assert FittedCalibration(camera(640, 480), file).calibration is not None
+
+
+NUMBERS = st.floats(allow_nan=True, allow_infinity=True) | st.floats(-2e9, 2e9)
+
+
+@given(
+    st.integers(-1, 2**33) | st.integers(1, 5000),
+    st.integers(-1, 2**33) | st.integers(1, 5000),
+    st.lists(NUMBERS, min_size=4, max_size=8),
+    st.lists(NUMBERS, min_size=12, max_size=12),
+    st.text(max_size=50),
+)
+def test_every_calibration_that_is_accepted_is_loaded_again(width, height, distortion, projection, name):
+    """What `set_camera_info` accepts must not stop the next start: one validator for both ways."""
+    try:
+        accepted = Calibration(
+            width,
+            height,
+            WHOLE.matrix,
+            np.array(distortion),
+            name,
+            rectified=np.array(projection).reshape(3, 4),
+        )
+        text = camera_info.dump(accepted)
+    except UsageError:
+        return
+    again = camera_info.parse(text)
+    assert (again.width, again.height, again.camera_name) == (width, height, name)
+    assert np.array_equal(again.distortion, accepted.distortion)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"width": 4_000_000_000}, "a side has 1 to 65535"),
+        ({"height": 65536}, "a side has 1 to 65535"),
+        ({"distortion": np.array([1e308, 0, 0, 0, 0])}, "1e[+]308; its numbers are at most 1e[+]09"),
+        ({"distortion": np.array([0, -1e10, 0, 0, 0])}, "1e[+]10; its numbers"),
+        ({"rectified": np.full((3, 4), 1e300)}, "1e[+]300"),
+    ],
+)
+def test_impossible_numbers_make_no_calibration(change, said):
+    with pytest.raises(UsageError, match=said):
+        replace(WHOLE, **change)
+
+
+def test_a_calibration_too_long_to_be_read_is_not_written(tmp_path):
+    file = tmp_path / "cam.yaml"
+    with pytest.raises(UsageError, match="too long"):
+        camera_info.save(replace(WHOLE, camera_name="n" * 70_000), file)
+    assert not file.exists()

@@ -225,6 +225,21 @@ def test_a_calibration_of_other_images_is_named_as_the_server_starts(tmp_path, c
     assert "100×48 images" in caplog.text
 
 
+def test_a_calibration_file_that_is_refused_stops_no_server(tmp_path, caplog):
+    file = tmp_path / "camera.yaml"
+    file.write_text("image_width: 4000000000\n")
+    camera = sources.create(SMALL)
+    camera.open()
+    try:
+        for ros2 in ("", "/cam"):
+            calibration = _calibration(camera, ServeOptions(calibration=str(file), ros2=ros2))
+            assert calibration.calibration is None
+            calibration.close()
+    finally:
+        camera.close()
+    assert caplog.text.count("images are sent without this calibration") == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "line"),
     [

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.regular_files import check_regular, open_regular, read_bounded
 from patience import PATIENCE
@@ -107,7 +108,7 @@ def calibration_in_use(path):
     from grabbergui import sources
     from grabbergui.calibration.camera_info import FittedCalibration
 
-    FittedCalibration(sources.create("sim:"), path)
+    FittedCalibration(sources.create("sim:"), path).keep(Calibration.from_field_of_view(64, 48))
 
 
 def hand_eye(path):

@@ -142,7 +142,10 @@ def distorted_pixel(calibration: Calibration, x: int, y: int) -> tuple[int, int]
     (focal_x, _, centre_x), (_, focal_y, centre_y), _ = calibration.matrix.tolist()
     ray = np.array([[[(x - centre_x) / focal_x, (y - centre_y) / focal_y, 1.0]]])
     still = np.zeros(3)
-    seen, _ = cv2.projectPoints(ray, still, still, calibration.matrix, calibration.distortion)
+    if calibration.fisheye:
+        seen, _ = cv2.fisheye.projectPoints(ray, still, still, calibration.matrix, calibration.distortion)
+    else:
+        seen, _ = cv2.projectPoints(ray, still, still, calibration.matrix, calibration.distortion)
     column, line = seen.reshape(2).tolist()
     if not (math.isfinite(column) and math.isfinite(line)):  # the calibration is absurd here
         return -1, -1
@@ -156,7 +159,8 @@ def _maps(
     """Return each view pixel's position in the reduced frame; cached until the view moves."""
     part = calibration.cut_out(region.x, region.y, region.width, region.height)
     seen = part.resampled(*size, (size[0] / region.width, size[1] / region.height))
-    columns, lines = cv2.initUndistortRectifyMap(
+    mapped = cv2.fisheye.initUndistortRectifyMap if calibration.fisheye else cv2.initUndistortRectifyMap
+    columns, lines = mapped(
         calibration.matrix, calibration.distortion, np.eye(3), seen.matrix, size, cv2.CV_32FC1
     )
     along_x, along_y = whole[0] / calibration.width, whole[1] / calibration.height

@@ -164,14 +164,11 @@ class Ros2GrabberServer:
                 raise UsageError(f"parameter {name}: {error}") from error
 
     def _find_calibration(self) -> None:
-        """Use the file that `camera_info_url` names. A default that fails is only logged."""
+        """Use the file that `camera_info_url` names. Raises UsageError for a URL that names none."""
         url = self._ros.node.get_parameter("camera_info_url").value
-        try:
-            self._calibration.use(path_of(url, self.name))
-        except (UsageError, OSError) as error:
-            if url:
-                raise
-            log.warning("images are published without calibration: %s", error)
+        path, present = path_of(url, self.name), self._calibration.file
+        if present is None or path.absolute() != present.absolute():
+            self._calibration.use(path)
 
     def _on_set_camera_info(self, request: Any, answer: Any) -> Any:
         try:

@@ -217,7 +217,8 @@ def intrinsics(calibration: Calibration, seconds: float) -> Mapping[str, Item]:
     The physical focal length is 0, as YARP writes one that is not known: a calibration does not contain it.
     """
     (focal_x, _, x), (_, focal_y, y), _ = calibration.matrix.tolist()
-    lens = zip(_COEFFICIENTS, calibration.distortion.tolist(), strict=False)
+    names = ("k1", "k2", "k3", "k4") if calibration.fisheye else _COEFFICIENTS
+    lens = zip(names, calibration.distortion.tolist(), strict=False)
     return {
         "physFocalLength": 0.0,
         "focalLengthX": focal_x,

@@ -153,7 +153,7 @@ class CalibrationViewController(QObject):
             self._messages.error(text.format(path.name, *other))
 
     def _ask(self) -> None:
-        kinds = "camera_info (*.yaml *.yml)"
+        kinds = "camera_info (*.yaml *.yml *.ini)"
         if path := self._files.to_open(self.tr("Load a calibration"), kinds, Path.home()):
             self.load(path)
 

@@ -194,7 +194,7 @@ class CalibrationChooser(QObject):
         self.use(path)
 
     def _ask_file(self) -> None:
-        kinds = "camera_info (*.yaml *.yml)"
+        kinds = "camera_info (*.yaml *.yml *.ini)"
         if path := FileDialogs(self._dialog).to_open(self.tr("Open a calibration"), kinds, Path.home()):
             self.use(path)
 

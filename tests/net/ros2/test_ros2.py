@@ -161,6 +161,23 @@ def test_a_calibration_outlives_the_server(camera, probe, tmp_path):
     assert (message.k[0], message.k[2], message.d[0]) == (1500.0, 2047.5 - offset, 0.1)
 
 
+def test_an_impossible_calibration_is_refused_and_a_refused_file_stops_no_server(camera, probe, tmp_path):
+    file = tmp_path / "cam.yaml"
+    huge, overflowing = whole_sensor(), whole_sensor()
+    huge.width, overflowing.d = 4_000_000_000, [1e308, 0.0, 0.0, 0.0, 0.0]
+    with Ros2GrabberServer(camera, "/cam", calibration=FittedCalibration(camera, file)):
+        for message, said in ((huge, "a side has"), (overflowing, "1e+308")):
+            answer = probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=message)
+            assert not answer.success and said in answer.status_message
+    assert not file.exists()
+
+    file.write_text("image_width: 4000000000\n")  # as version 0.2 kept it
+    with Ros2GrabberServer(camera, "/again", calibration=FittedCalibration(camera, file)):
+        assert probe.subscribe(CameraInfo, "/again/camera_info").get(timeout=PATIENCE).k[0] == 0
+        answer = probe.call(SetCameraInfo, "/again/set_camera_info", camera_info=whole_sensor())
+        assert not answer.success and "rename or remove it" in answer.status_message
+
+
 def test_a_calibration_that_cannot_be_kept_is_refused(camera, probe, tmp_path):
     calibration = FittedCalibration(camera, tmp_path / "missing" / "cam.yaml")
     with Ros2GrabberServer(camera, "/cam", calibration=calibration):
