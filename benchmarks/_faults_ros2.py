@@ -15,7 +15,8 @@ from benchmarks._faults import Outcome, fault
 from benchmarks._network_runs import on_this_machine_only
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.doctor import SHARED_MEMORY, clear, leftovers
+from grabbergui.core.shared_folder import MEMORY
+from grabbergui.net.ros2.shared_memory import clear, leftovers
 
 CHAPTER = "Other programs on ROS 2"
 FPS = 25
@@ -138,7 +139,7 @@ def killed_programs_memory() -> Outcome:
         begun = time.monotonic()
         # The server maps some of them, too, until it notices that the programs have ended.
         while _since(begun) < LONGEST:
-            found = [one for one in leftovers(SHARED_MEMORY, youngest=0) if one.name in left]
+            found = [one for one in leftovers(MEMORY, youngest=0) if one.name in left]
             freed |= {one.name: one.size for one in clear(found)}
             here = {one.name for one in found} | (left & used_by(os.getpid()))
             if not here:
@@ -146,7 +147,7 @@ def killed_programs_memory() -> Outcome:
             time.sleep(0.2)
         seconds = _since(begun)
         Reader(KILLED).close()  # receives an image
-        missing = [name for name in ours if "port" not in name and not (SHARED_MEMORY / name).exists()]
+        missing = [name for name in ours if "port" not in name and not (MEMORY / name).exists()]
     return Outcome(
         "readers of images get SIGKILL, then `doctor --clear-shared-memory`",
         f"{KILLED} programs",
@@ -164,4 +165,4 @@ def _since(begun: float) -> float:
 def used_by(pid: int) -> set[str]:
     """Return the names of the Fast DDS segments and ports that a process has mapped."""
     lines = Path(f"/proc/{pid}/maps").read_text().splitlines()
-    return {Path(line.split()[-1]).name for line in lines if f"{SHARED_MEMORY}/fastdds_" in line}
+    return {Path(line.split()[-1]).name for line in lines if f"{MEMORY}/fastdds_" in line}

@@ -13,8 +13,10 @@ from pathlib import Path
 import pytest
 
 from grabbergui import doctor
-from grabbergui.cli import main
-from grabbergui.doctor import SHARED_MEMORY, Level, clear, leftovers
+from grabbergui.cli import machine, main
+from grabbergui.core.shared_folder import MEMORY
+from grabbergui.doctor import Level
+from grabbergui.net.ros2.shared_memory import clear, leftovers
 from patience import PROGRAM, until
 from ros2_domain import own_domain
 
@@ -75,6 +77,30 @@ def test_what_was_made_a_moment_ago_stays(folder):
     assert names(leftovers(folder)) == [PORT]
 
 
+@pytest.mark.parametrize("name", [f"{PORT}_el", f"{PORT}_sl", f"{SEGMENT}_el", SEGMENT])
+def test_a_fifo_or_link_among_them_is_neither_opened_nor_removed(folder, name, tmp_path_factory):
+    """Before, `doctor` waited at the FIFO for ever."""
+    elsewhere = tmp_path_factory.mktemp("elsewhere") / "file"
+    elsewhere.write_text("of the user")
+    for make in (os.mkfifo, lambda path: path.symlink_to(elsewhere)):
+        (folder / name).unlink()
+        make(folder / name)
+        os.utime(folder / name, (time.time() - 60,) * 2, follow_symlinks=False)
+
+        assert names(clear(leftovers(folder))) in ([], [SEGMENT], [PORT])
+
+        assert os.path.lexists(folder / name) and elsewhere.read_text() == "of the user"
+        findings = list(doctor.shared_memory(folder))
+        assert findings[-1].level is Level.PROBLEM and str(folder / name) in findings[-1].text
+
+
+def test_root_removes_those_of_others_only_when_asked_to(folder, monkeypatch):
+    owner = os.geteuid()
+    for user, expected in ((owner + 1, []), (owner, [SEGMENT, PORT])):
+        monkeypatch.setattr(os, "geteuid", lambda user=user: user)
+        assert names(leftovers(folder, own=True)) == expected
+
+
 def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
     (finding,) = doctor.shared_memory(folder)
     assert finding.level is Level.NOTE and "0.1 MB" in finding.text and "2 segments and ports" in finding.text
@@ -89,12 +115,12 @@ def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
 def test_it_is_among_all_doctor_which_command_and_window_show(folder, monkeypatch):
     for others in ("check_network", "check_usb", "check_software"):
         monkeypatch.setattr(doctor, others, lambda: iter(()))
-    monkeypatch.setattr(doctor, "SHARED_MEMORY", folder)
+    monkeypatch.setattr(doctor, "MEMORY", folder)
     assert [finding.level for finding in doctor.check()] == [Level.NOTE]
 
 
 def test_the_command_clears(folder, monkeypatch, capsys):
-    monkeypatch.setattr(doctor, "SHARED_MEMORY", folder)
+    monkeypatch.setattr(machine, "MEMORY", folder)
 
     assert main(["doctor", "--clear-shared-memory"]) == 0
 
@@ -133,30 +159,28 @@ def test_a_killed_ros_program():
         for program in programs:
             assert program.stdout.readline().strip() == "ready"
         used = [until(lambda pid=program.pid: _used_by(pid)) for program in programs]
+        modes = {name: (MEMORY / name).stat().st_mode & 0o777 for name in used[0]}
+        assert set(modes.values()) == {0o600}, "images would be readable by all users"
         # The living program unmaps the memory that the killed one created some seconds later.
         kept = used[1] - _owned_by(killed.pid)
         assert _owned_by(living.pid) <= kept
-        assert not used[0] & set(names(leftovers(SHARED_MEMORY, youngest=0)))
+        assert not used[0] & set(names(leftovers(MEMORY, youngest=0)))
 
         killed.send_signal(signal.SIGKILL)
         killed.wait(PROGRAM)
 
-        left = [
-            leftover
-            for leftover in leftovers(SHARED_MEMORY, youngest=0)
-            if leftover.name in used[0] - used[1]
-        ]
+        left = [leftover for leftover in leftovers(MEMORY, youngest=0) if leftover.name in used[0] - used[1]]
         assert left and sum(leftover.size for leftover in left) > 0
         clear(left)
         assert not [path for leftover in left for path in leftover.files if path.exists()]
-        assert kept <= _used_by(living.pid) and all((SHARED_MEMORY / name).exists() for name in kept)
+        assert kept <= _used_by(living.pid) and all((MEMORY / name).exists() for name in kept)
     finally:
         for program in programs:
             program.kill()
             program.wait(PROGRAM)
             program.stdout.close()
         mine = set().union(*used)
-        clear([leftover for leftover in leftovers(SHARED_MEMORY, youngest=0) if leftover.name in mine])
+        clear([leftover for leftover in leftovers(MEMORY, youngest=0) if leftover.name in mine])
 
 
 def _used_by(pid):

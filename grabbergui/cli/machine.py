@@ -15,6 +15,8 @@ from grabbergui.cli.process import dies_of_signals, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.core.shared_folder import MEMORY
+from grabbergui.net.ros2 import shared_memory
 from grabbergui.setup import completion
 from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, install_udev_rule, remove_udev_rule
 
@@ -87,8 +89,8 @@ def _doctor(options: argparse.Namespace) -> int:
         print(f"wrote {install_udev_rule()}; plug the camera in again")
         return 0
     if options.clear_shared_memory:
-        removed = doctor.clear(doctor.leftovers(doctor.SHARED_MEMORY))
-        print(f"freed {doctor.megabytes(removed)}: {len(removed)} segments and ports without an owner")
+        removed = shared_memory.clear(shared_memory.leftovers(MEMORY))
+        print(f"freed {shared_memory.megabytes(removed)}: {len(removed)} segments and ports without an owner")
         return 0
     findings = []
     with dies_of_signals():

@@ -1,10 +1,10 @@
-"""Opens files that users, other programs or other users left, in the one way that cannot hang.
+"""Opens files that users or other programs left, in the one way that cannot hang.
 
 A name may lead to a FIFO, whose opening waits for a writer, to a device such as /dev/zero, which never ends,
-or to a folder; in a folder shared by several users, to a link that one of them placed. Only regular files
-are opened, without waiting, and read up to a limit. The type is checked before the opening, as the opening
-of a device may already act on it, and again on the descriptor, as the name may have been exchanged
-meanwhile.
+or to a folder. Only regular files are opened, without waiting, and read up to a limit. The type is checked
+before the opening, as the opening of a device may already act on it, and again on the descriptor, as the name
+may have been exchanged meanwhile. In folders of several users, where a link is a danger too, use
+`shared_folder`.
 """
 
 from __future__ import annotations
@@ -26,19 +26,20 @@ _KINDS = (
     (stat.S_ISBLK, "a device"),
     (stat.S_ISSOCK, "a socket"),
     (stat.S_ISLNK, "a link"),
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISREG, "a regular file"),
 )
 
 
-def open_regular(path: Path, *, own: bool = False) -> BufferedReader:
-    """Open a regular file for reading. Raises UsageError for anything else, OSError.
+def open_regular(path: Path) -> BufferedReader:
+    """Open a regular file for reading.
 
-    `own` is for folders shared by several users: a link is not followed, and the file must belong to the
-    user of this process (or to root). IsADirectoryError is raised for a folder.
+    Raises UsageError for anything else, IsADirectoryError for a folder, OSError.
     """
-    _require_regular(path, path.lstat() if own else path.stat(), own)
-    descriptor = os.open(path, _FLAGS | (getattr(os, "O_NOFOLLOW", 0) if own else 0))
+    _require_regular(path, path.stat())
+    descriptor = os.open(path, _FLAGS)
     try:
-        _require_regular(path, os.fstat(descriptor), own)
+        _require_regular(path, os.fstat(descriptor))
         return os.fdopen(descriptor, "rb")
     except BaseException:
         os.close(descriptor)
@@ -50,12 +51,12 @@ def check_regular(path: Path) -> None:
     open_regular(path).close()
 
 
-def read_bounded(path: Path, most: int, kind: str, *, own: bool = False) -> bytes:
-    """Return the content of a regular file of some `kind`, `own` as for `open_regular`.
+def read_bounded(path: Path, most: int, kind: str) -> bytes:
+    """Return the content of a regular file of some `kind`.
 
     Raises UsageError beyond `most` bytes, and as `open_regular` does.
     """
-    with open_regular(path, own=own) as file:
+    with open_regular(path) as file:
         content = file.read(most + 1)
     if len(content) > most:
         size = f"{most >> 20} MiB" if most >= 1 << 20 else f"{most >> 10} KiB"
@@ -63,11 +64,13 @@ def read_bounded(path: Path, most: int, kind: str, *, own: bool = False) -> byte
     return content
 
 
-def _require_regular(path: Path, status: os.stat_result, own: bool) -> None:
+def kind_of(status: os.stat_result) -> str:
+    """Return what lies at a path that is no regular file, as "a device"."""
+    return next((name for matches, name in _KINDS if matches(status.st_mode)), "something else")
+
+
+def _require_regular(path: Path, status: os.stat_result) -> None:
     if stat.S_ISDIR(status.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(status.st_mode):
-        kind = next((name for matches, name in _KINDS if matches(status.st_mode)), "something else")
-        raise UsageError(f"{path} is {kind}, not a regular file; it is not opened")
-    if own and hasattr(os, "geteuid") and status.st_uid not in (os.geteuid(), 0):
-        raise UsageError(f"{path} belongs to another user (id {status.st_uid}); it is not opened")
+        raise UsageError(f"{path} is {kind_of(status)}, not a regular file; it is not opened")

@@ -61,24 +61,9 @@ def test_a_folder_is_an_error_of_the_system(tmp_path):
         open_regular(tmp_path)
 
 
-def test_a_link_to_a_file_is_followed_except_in_shared_folders(tmp_path):
+def test_a_link_to_a_file_is_followed(tmp_path):
     (path := tmp_path / "file").write_bytes(b"content")
-    link = linked(tmp_path, str(path))
-    assert read_bounded(link, 9, "thing") == b"content"
-    assert read_bounded(path, 9, "thing", own=True) == b"content"
-    with pytest.raises(UsageError, match="a link"):
-        read_bounded(link, 9, "thing", own=True)
-
-
-def test_a_file_of_another_user_is_refused_in_shared_folders(tmp_path, monkeypatch):
-    (path := tmp_path / "file").touch()
-    if os.geteuid() == 0:
-        os.chown(path, 4711, 4711)
-    else:
-        monkeypatch.setattr(os, "geteuid", lambda: 4711)
-    with pytest.raises(UsageError, match="another user"):
-        open_regular(path, own=True)
-    open_regular(path).close()
+    assert read_bounded(linked(tmp_path, str(path)), 9, "thing") == b"content"
 
 
 def test_a_name_that_is_exchanged_between_check_and_opening_does_not_hang(tmp_path, monkeypatch):
@@ -225,6 +210,7 @@ def test_every_reader_refuses_a_pipe_at_once_and_says_so(tmp_path, read, name):
 # -- every place ---------------------------------------------------------------------------------
 OPENED_OTHERWISE = {
     "core/regular_files.py": "the owner",
+    "core/shared_folder.py": "the owner for folders of several users",
     "core/environment.py": "writes a draft beside the file",
     "__main__.py": "/dev/null and its own streams",
     "cli/__init__.py": "/dev/null and its own streams",
@@ -237,7 +223,8 @@ OPENED_OTHERWISE = {
     "library/effect.py": "the program's own cache",
     "driver/genapi/parse_cache.py": "the program's own cache, a folder that nobody else may write to",
     "doctor.py": "/proc and /sys",
-    "net/ros2/runtime.py": "Fast DDS's files",
+    "net/ros2/runtime.py": "a profile of the user",
+    "net/ros2/shared_memory.py": "/proc",
     "driver/u3v/enumeration.py": "/sys",
     "driver/sim/u3v/gadget.py": "/sys and /dev",
     "driver/sim/u3v/serve.py": "/sys",

@@ -40,8 +40,9 @@ from pathlib import Path
 import genicam
 
 import grabbergui
-from grabbergui.core import environment
+from grabbergui.core import environment, shared_folder
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.shared_folder import MEMORY
 from grabbergui.driver.genapi.vetting import vetted
 
 log = logging.getLogger(__name__)
@@ -57,7 +58,6 @@ ABANDONED = 60.0
 "Age in seconds from which the folder of a process that has ended is removed."
 
 _PREFIX = "grabbergui-description-"
-_SEMAPHORES = Path("/dev/shm")
 _PARSE = f"""
 import resource, sys
 resource.setrlimit(resource.RLIMIT_CPU, ({MOST_CPU}, {MOST_CPU} + 2))
@@ -77,7 +77,7 @@ class _Variable:
     """
 
     def __init__(self) -> None:
-        self.folder = Path(tempfile.gettempdir()) / f"{_PREFIX}{secrets.token_hex(8)}"
+        self.folder = shared_folder.temporary() / f"{_PREFIX}{secrets.token_hex(8)}"
         self.name = _variable_name()
         # A vendor's cache would use the semaphores that all programs share.
         os.environ.pop(self.name, None)
@@ -115,8 +115,7 @@ def parsed(xml: str) -> Iterator[str]:
     """
     remove_abandoned()
     with _own_folder() as ready, known_description(xml) if ready else nullcontext() as known:
-        if known is not None and (result := _handed_over(known)) is not None:
-            _semaphore_of(result).unlink(missing_ok=True)
+        if known is not None and _handed_over(known):
             try:
                 with _cache.visible():
                     yield known.text
@@ -137,40 +136,41 @@ def parsed(xml: str) -> Iterator[str]:
             keep(xml, Known(text, result.name, result.read_bytes()))
 
 
-def _handed_over(known: Known) -> Path | None:
-    """Write a cached result to where GenApi looks for it; return None if the disk is full."""
+def _handed_over(known: Known) -> bool:
+    """Write a cached result to where GenApi looks for it.
+
+    Returns False if the disk is full, or if another user has made the semaphore of this result, whose name
+    everybody could see: GenApi would wait for it.
+    """
     result = _cache.folder / known.result_name
     try:
         result.write_bytes(known.result)
+        _semaphore_of(result).unlink(missing_ok=True)
     except OSError as error:
         log.info("a description is parsed again: %s", error)
         result.unlink(missing_ok=True)
-        return None
-    return result
+        return False
+    return True
 
 
 def remove_abandoned() -> None:
     """Remove the folders of processes that were killed while they loaded a description."""
-    for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
-        with suppress(OSError):
-            if time.time() - folder.stat().st_mtime > ABANDONED:
-                handle = os.open(folder, os.O_RDONLY)
-                try:
-                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    _remove(folder)
-                finally:
-                    os.close(handle)
+    for folder in shared_folder.temporary().glob(f"{_PREFIX}*"):
+        with suppress(OSError), shared_folder.opened(folder, folder=True) as handle:
+            if time.time() - os.fstat(handle).st_mtime > ABANDONED:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _remove(folder)
 
 
 @contextmanager
 def _own_folder() -> Iterator[bool]:
     """Make the cache's folder, locked while this process lives; yield whether that worked."""
-    handle = -1
+    lock = ExitStack()
     try:
-        if not _cache.name or not os.access(_SEMAPHORES, os.W_OK):
-            raise FileNotFoundError(f"{_SEMAPHORES} cannot be written, where GenApi keeps semaphores")
+        if not _cache.name or not os.access(MEMORY, os.W_OK):
+            raise FileNotFoundError(f"{MEMORY} cannot be written, where GenApi keeps semaphores")
         _cache.folder.mkdir(mode=0o700)
-        handle = os.open(_cache.folder, os.O_RDONLY)
+        handle = lock.enter_context(shared_folder.opened(_cache.folder, folder=True))
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
         log.info("a large description is parsed by this process: %s", error)
@@ -178,8 +178,7 @@ def _own_folder() -> Iterator[bool]:
     else:
         yield True
     finally:
-        if handle >= 0:
-            os.close(handle)
+        lock.close()
         _remove(_cache.folder)
 
 
@@ -245,7 +244,7 @@ def _semaphore_of(result: Path) -> Path:
     digest = 5381
     for letter in name.encode():
         digest = (digest * 33 ^ letter) & 0xFFFF_FFFF_FFFF_FFFF
-    return _SEMAPHORES / f"sem.{len(name):02X}{digest:x}{name[:11]}"
+    return MEMORY / f"sem.{len(name):02X}{digest:x}{name[:11]}"
 
 
 FORMAT = 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
 import ctypes
 import functools
 import importlib
@@ -25,7 +24,9 @@ from typing import Any
 from typing_extensions import override
 
 from grabbergui.core.environment import shell_command
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.errors import AccessDeniedError, SourceUnavailableError, UsageError
+from grabbergui.core.shared_folder import MEMORY
+from grabbergui.net.ros2 import shared_memory as memory
 
 log = logging.getLogger(__name__)
 
@@ -45,13 +46,12 @@ DISCOVERY_S = 4.0
 Messages of Fast DDS's discovery that were lost are repeated after 3 s."""
 AT_EXIT_S = 2.0
 "Seconds for which the end of the program waits for a callback."
-SHARED_MEMORY = Path("/dev/shm")
-"Where Fast DDS has it."
 
 
 # -- what to do without ROS 2 --------------------------------------------------------------------
 def require_ros2() -> None:
-    """Raise SourceUnavailableError, in one line, where rclpy or the chosen middleware is missing."""
+    """Raise SourceUnavailableError, in one line, where rclpy or its middleware is missing, or would hang."""
+    memory.require_unblocked()
     _require_middleware()
     try:
         import rclpy  # noqa: F401
@@ -179,6 +179,7 @@ class Ros2Node:
             if not ros_args:
                 raise
             raise UsageError(f"--ros-args {' '.join(ros_args)}: {_without_places(error)}") from error
+        memory.keep_private()
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._joined = time.monotonic()
@@ -291,11 +292,14 @@ def use_transports(*, shared_memory: bool) -> None:
     folder = resources.files("grabbergui.resources") / "ros2"
     chosen = os.environ.get(_PROFILES)
     if chosen is not None and not _is_ours(chosen):
+        if why := memory.irregular():
+            raise SourceUnavailableError(f"ROS 2 cannot start with the profile of {_PROFILES}: {why}")
         return
-    others = other_user_in_shared_memory() if shared_memory else ""
-    if others:
-        log.info("user %s runs ROS 2 programs here: nothing is sent in shared memory, but by UDP", others)
-    if shared_memory and not others:
+    against = memory.reason_against() if shared_memory else ""
+    if against:
+        log.info("nothing is sent in shared memory, but by UDP: %s", against)
+    if shared_memory and not against:
+        _clear_leftovers()
         os.environ[_PROFILES] = chosen or str(folder / "fastdds.xml")
     elif os.environ.get(_RANGE) == "LOCALHOST":
         # In this range rmw adds shared memory to any transports; the profile keeps to this machine instead.
@@ -305,27 +309,14 @@ def use_transports(*, shared_memory: bool) -> None:
         os.environ[_PROFILES] = str(folder / "fastdds-network.xml")
 
 
-def other_user_in_shared_memory(folder: Path = SHARED_MEMORY) -> str:
-    """Return another user who runs DDS programs in shared memory; empty if there is none. Root counts, too.
-
-    A program holds a lock (flock) on a file `…_el` beside each of its segments, until it ends.
-    """
-    if sys.platform == "win32":
-        return ""
-    import fcntl
-
-    for lock in folder.glob("fastdds_*_el"):
-        try:
-            if lock.stat().st_uid == os.geteuid():
-                continue
-            with lock.open("rb") as file:
-                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except (BlockingIOError, PermissionError):
-            with contextlib.suppress(FileNotFoundError, KeyError):  # it ends, or the user has no name
-                return lock.owner()
-        except FileNotFoundError:
-            continue
-    return ""
+def _clear_leftovers() -> None:
+    try:
+        removed = memory.clear(memory.leftovers(MEMORY, own=True))
+    except AccessDeniedError as error:
+        log.debug("shared memory of killed programs stays: %s", error)
+        return
+    if removed:
+        log.info("removed %s of shared memory that killed programs left", memory.megabytes(removed))
 
 
 def _is_ours(profiles: str) -> bool:

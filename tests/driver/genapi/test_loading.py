@@ -85,7 +85,7 @@ def test_without_that_process_it_is_parsed_here(monkeypatch, caplog):
 
 def test_without_shared_memory_it_is_parsed_here_and_the_log_names_it(monkeypatch, caplog):
     caplog.set_level(logging.INFO)
-    monkeypatch.setattr(parse_cache, "_SEMAPHORES", Path("/dev/no-shm"))
+    monkeypatch.setattr(parse_cache, "MEMORY", Path("/dev/no-shm"))
 
     assert port.load(LARGE).has_node("Width")
     assert "/dev/no-shm cannot be written" in caplog.text
@@ -215,6 +215,25 @@ def test_a_semaphore_that_a_dead_process_holds_does_not_stop_a_known_description
         semaphore.unlink(missing_ok=True)
 
 
+def test_a_semaphore_of_another_user_does_not_stop_a_known_description(cache, monkeypatch):
+    """Its name could be seen in /dev/shm. It cannot be removed, and GenApi would wait for it."""
+    port.load(LARGE)
+    really = parse_cache._semaphore_of
+    (name,) = ((entry / "digest").read_text().split()[1] for entry in cache.iterdir())
+
+    def semaphore_of(result):
+        semaphore = really(result)
+        if result.name != name:
+            return semaphore
+        return Path("/proc/1/status")  # nobody can remove it
+
+    monkeypatch.setattr(parse_cache, "_semaphore_of", semaphore_of)
+    with parse_cache.parsed(LARGE) as text:
+        assert text.startswith(parse_cache.vetted(LARGE)), "parsed again, with a semaphore of its own"
+    (entry,) = cache.iterdir()
+    assert (entry / "digest").read_text().split()[1] != name, "and kept in place of the one that is blocked"
+
+
 def test_a_semaphore_that_a_dead_process_holds_stops_nobody(tmp_path):
     """Before, this waited for ever: GenApi's semaphore has the same name for everybody."""
     description = tmp_path / "description.xml"
@@ -249,6 +268,12 @@ def test_what_a_killed_process_left_behind_is_removed():
 
     old = time.time() - 2 * parse_cache.ABANDONED
     os.utime(folder, (old, old))
-    parse_cache.remove_abandoned()
+    fifo = folder.with_name(f"{parse_cache._PREFIX}0{os.getpid()}")
+    os.mkfifo(fifo)  # of another user: before, this waited for ever
+    try:
+        os.utime(fifo, (old, old))
+        parse_cache.remove_abandoned()
+    finally:
+        fifo.unlink()
     assert not folder.exists()
     assert not semaphore.exists()

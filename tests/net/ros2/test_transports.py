@@ -14,6 +14,7 @@ import pytest
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.net.ros2 import runtime
+from grabbergui.net.ros2 import shared_memory as memory
 from patience import PATIENCE, PROGRAM, until
 
 PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
@@ -31,12 +32,12 @@ def segment(tmp_path):
 
 
 def test_shared_memory_of_the_same_user_is_ignored(segment):
-    assert runtime.other_user_in_shared_memory(segment.parent) == ""
+    assert memory.reason_against(segment.parent) == ""
 
 
 def test_shared_memory_of_another_user_is_found(segment, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: segment.stat().st_uid + 1)
-    assert runtime.other_user_in_shared_memory(segment.parent) == segment.owner()
+    assert memory.reason_against(segment.parent) == f"user {segment.owner()} runs ROS 2 programs here"
 
 
 def test_shared_memory_left_by_an_ended_program_is_ignored(tmp_path, monkeypatch):
@@ -44,7 +45,40 @@ def test_shared_memory_left_by_an_ended_program_is_ignored(tmp_path, monkeypatch
     monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
     for name in ("fastdds_0123456789abcdef", "fastdds_0123456789abcdef_el"):
         (tmp_path / name).touch()
-    assert runtime.other_user_in_shared_memory(tmp_path) == ""
+    assert memory.reason_against(tmp_path) == ""
+
+
+@pytest.mark.parametrize(
+    "name", ["fastdds_port7411_el", "fastdds_0123456789abcdef", "sem.fastdds_port7411_mutex"]
+)
+@pytest.mark.parametrize("make", [os.mkfifo, lambda path: path.symlink_to("/etc/passwd"), Path.mkdir])
+def test_what_is_no_file_is_never_left_to_fast_dds(name, make, tmp_path, monkeypatch):
+    """At a FIFO it would wait for ever. Without shared memory it opens nothing there."""
+    assert memory.reason_against(tmp_path) == ""
+    make(tmp_path / name)
+    assert str(tmp_path / name) in memory.reason_against(tmp_path)
+
+    really = memory.irregular
+    monkeypatch.setattr(memory, "irregular", lambda: really(tmp_path))
+    monkeypatch.setenv(PROFILES, "/a/profile/of/the/user.xml")
+    with pytest.raises(SourceUnavailableError, match=f"{name} is a"):
+        runtime.use_transports(shared_memory=True)
+
+
+def test_a_port_of_another_user_is_not_shared_even_if_its_program_has_ended(tmp_path, monkeypatch):
+    (tmp_path / "fastdds_port7411").touch()
+    uid = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
+    assert "fastdds_port7411 is another user's" in memory.reason_against(tmp_path)
+
+
+def test_rclpy_is_not_imported_where_its_tracing_would_wait_for_ever(tmp_path):
+    os.mkfifo(tmp_path / f"lttng-ust-wait-6-{os.getuid() + 1}")  # nothing of this user opens it
+    (tmp_path / "lttng-ust-wait-7").touch()
+    memory.require_unblocked(tmp_path)
+    os.mkfifo(tmp_path / "lttng-ust-wait-6")
+    with pytest.raises(SourceUnavailableError, match="lttng-ust-wait-6 is a pipe"):
+        memory.require_unblocked(tmp_path)
 
 
 @pytest.mark.parametrize(("other", "profile"), [("", "fastdds.xml"), ("root", "fastdds-network.xml")])
@@ -52,7 +86,7 @@ def test_udp_is_used_beside_another_users_programs(other, profile, monkeypatch):
     monkeypatch.setenv(PROFILES, "")  # so that it is afterwards what it was before
     monkeypatch.delenv(PROFILES)
     monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
-    monkeypatch.setattr(runtime, "other_user_in_shared_memory", lambda: other)
+    monkeypatch.setattr(memory, "reason_against", lambda: other)
     runtime.use_transports(shared_memory=True)
     assert Path(os.environ[PROFILES]).name == profile
     assert (RESOURCES / profile).exists()
@@ -64,7 +98,7 @@ def test_a_variable_that_ros_no_longer_reads_still_keeps_to_this_machine(monkeyp
         monkeypatch.setenv(variable, "")
         monkeypatch.delenv(variable)
     monkeypatch.setenv("ROS_LOCALHOST_ONLY", "1")
-    monkeypatch.setattr(runtime, "other_user_in_shared_memory", lambda: "")
+    monkeypatch.setattr(memory, "reason_against", lambda: "")
     runtime.use_transports(shared_memory=shared_memory)
     assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == reach
     by_profile = Path(os.environ[PROFILES]).name == "fastdds-loopback.xml"

@@ -1,0 +1,151 @@
+"""Folders that other users can write to: files there are opened without waiting, and only one's own."""
+
+import json
+import os
+import re
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grabbergui.core import shared_folder
+from patience import PROGRAM
+
+PACKAGE = Path(shared_folder.__file__).parents[1]
+OWNER = Path(shared_folder.__file__)
+
+
+def test_a_regular_file_of_ones_own_is_opened_and_closed(tmp_path):
+    (tmp_path / "file").write_text("text")
+    with shared_folder.opened(tmp_path / "file") as file:
+        assert os.read(file, 9) == b"text"
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(file)
+    with shared_folder.opened(tmp_path, folder=True) as file:
+        assert os.path.sameopenfile(file, file)
+
+
+def _socket(path):
+    socket.socket(socket.AF_UNIX).bind(str(path))
+
+
+@pytest.mark.parametrize(
+    ("make", "kind"),
+    [
+        (os.mkfifo, "a pipe (FIFO)"),
+        (_socket, "a socket"),
+        (lambda path: path.symlink_to(__file__), "a link"),
+        (Path.mkdir, "a folder"),
+    ],
+    ids=["FIFO", "socket", "link", "folder"],
+)
+@pytest.mark.filterwarnings("ignore:unclosed:ResourceWarning")
+def test_anything_else_is_refused_without_waiting(make, kind, tmp_path):
+    path = tmp_path / "name"
+    make(path)
+    with pytest.raises(PermissionError, match=re.escape(kind)), shared_folder.opened(path, of_others=True):
+        pass
+    assert shared_folder.foreign(path, of_others=True) == kind
+
+
+def test_what_replaces_a_file_after_it_was_looked_at_is_refused(tmp_path, monkeypatch):
+    """The descriptor decides: between `lstat` and `open`, a FIFO may take the place of the file."""
+    path = tmp_path / "name"
+    path.touch()
+    really = os.lstat
+
+    def look_then_replace(seen):
+        state = really(seen)
+        path.unlink()
+        os.mkfifo(path)
+        return state
+
+    monkeypatch.setattr(os, "lstat", look_then_replace)
+    with pytest.raises(PermissionError, match="a pipe"), shared_folder.opened(path):
+        pass
+
+
+def test_a_file_of_another_user_is_refused_unless_permitted(tmp_path, monkeypatch):
+    path = tmp_path / "file"
+    path.touch()
+    uid = os.geteuid()
+    monkeypatch.setattr(os, "geteuid", lambda: uid + 1)
+    with pytest.raises(PermissionError, match="another user's"), shared_folder.opened(path):
+        pass
+    with shared_folder.opened(path, of_others=True):
+        pass
+    assert shared_folder.foreign(path) == "another user's" and not shared_folder.foreign(path, of_others=True)
+
+
+def test_only_the_owner_of_this_rule_knows_these_folders():
+    """So every path in them comes from it, and the test below sees how each is opened."""
+    named = re.compile(r"""gettempdir|tempfile\.mktemp|["']/(?:tmp["']|var/tmp|dev/shm)""")
+    strays = [
+        str(module.relative_to(PACKAGE))
+        for module in sorted(PACKAGE.rglob("*.py"))
+        if module != OWNER and named.search(module.read_text("utf-8"))
+    ]
+    assert not strays, "use grabbergui.core.shared_folder"
+
+
+WATCHED = """
+import json, os, stat, sys
+
+opened, made = [], set()
+
+def watch(event, arguments):
+    if event == "os.mkdir":  # fails if there is anything: what was made belongs to the program
+        made.add(os.fspath(arguments[0]))
+    if event == "open" and isinstance(arguments[0], (str, bytes)):
+        path, flags = os.path.abspath(os.fsdecode(arguments[0])), arguments[2]
+        if path not in made and os.path.dirname(path) in folders and not flags & os.O_EXCL:
+            opened.append((path, flags))
+
+folders = sys.argv[1:]
+sys.addaudithook(watch)
+from grabbergui.cli import main
+from grabbergui.core import shared_folder
+from grabbergui.driver.genapi import parse_cache
+from grabbergui.net.ros2 import shared_memory
+from pathlib import Path
+shared_folder.MEMORY = parse_cache.MEMORY = Path(folders[1])
+with parse_cache.parsed(sys.stdin.read()):
+    pass
+memory = Path(folders[1])
+shared_memory.reason_against(memory)
+shared_memory.clear(shared_memory.leftovers(memory))
+main(["get", "sim:", "Gain"])
+print(json.dumps(opened))
+"""
+
+
+def test_every_path_in_a_shared_folder_is_opened_so(tmp_path):
+    """Python reports each `open`. Whatever is expected there is there, so that it is opened."""
+    temporary, memory = tmp_path / "tmp", tmp_path / "shm"
+    for folder in (temporary, memory):
+        folder.mkdir()
+    (temporary / "grabbergui-description-0").mkdir()
+    os.mkfifo(temporary / "grabbergui-description-1")
+    for name in ("fastdds_0123456789abcdef", "fastdds_0123456789abcdef_el"):
+        (memory / name).touch()
+        os.utime(memory / name, (0, 0))
+    for name in ("fastdds_port7411_el", "fastdds_port7411_sl"):
+        os.mkfifo(memory / name)
+    run = subprocess.run(
+        [sys.executable, "-c", WATCHED, str(temporary), str(memory)],
+        input=(PACKAGE / "driver/sim/camera.xml").read_text("utf-8"),
+        env={**os.environ, "TMPDIR": str(temporary)},
+        capture_output=True,
+        text=True,
+        timeout=PROGRAM,
+    )
+    assert run.returncode == 0, run.stderr
+    opened = json.loads(run.stdout.splitlines()[-1])
+    assert {Path(path).name for path, _ in opened} >= {
+        "grabbergui-description-0",
+        "fastdds_0123456789abcdef_el",
+    }
+    safe = os.O_NOFOLLOW | os.O_NONBLOCK
+    assert not [path for path, flags in opened if flags & safe != safe]
