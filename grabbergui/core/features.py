@@ -117,7 +117,8 @@ class Feature(FeatureDescription):
 
     access: AccessMode
     value: FeatureValue | None = None
-    "None if it cannot be read (a command, write-only, not available)."
+    """None if it cannot be read (a command, write-only, not available). Of an enumeration an entry's name,
+    or the digits of a number that no entry has."""
     minimum: int | float | None = None
     maximum: int | float | None = None
     increment: int | float | None = None

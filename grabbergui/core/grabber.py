@@ -26,7 +26,7 @@ from grabbergui.core.features import (
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
-from grabbergui.core.sfnc import Companions, is_on
+from grabbergui.core.sfnc import Companions
 
 log = logging.getLogger(__name__)
 
@@ -244,7 +244,7 @@ class FrameGrabber(ABC):
             switchable = [
                 companion
                 for companion in map(self.feature, companions.names)
-                if is_on(companion.value) == (companion.name == companions.mode)
+                if companions.impedes(companion.name, companion.value)
             ]
             keys = [self.setting(companion.name) for companion in switchable]
             feature = self.write_feature(key.name, value)

@@ -5,8 +5,9 @@ of the Standard Feature Naming Convention (SFNC) come first, those of older came
 
 A companion is the automatic mode that regulates a feature, or its enabler: `ExposureTime` has the mode
 `ExposureAuto`, `AcquisitionFrameRate` the enabler `AcquisitionFrameRateEnable` (SFNC; older cameras use other
-names). Only this module decides which companions a feature has, what must be written to them before it, and
-whether one of them makes it read-only.
+names). `ExposureMode`, which must be `Timed` for the exposure time to act, is one too. Only this module
+decides which companions a feature has, what must be written to them before it, and whether one of them makes
+it read-only.
 
 The frame period follows from these roles, too: it says how long a working stream may be silent.
 """
@@ -81,6 +82,9 @@ FILE_ACCESS = frozenset({
 PLAYBACK_POSITION = "PlaybackPosition"
 """Our own feature of recordings: the frame shown. It moves by itself while the recording plays."""
 
+EXPOSURE_MODE, TIMED = "ExposureMode", "Timed"
+"What determines the exposure (SFNC, Acquisition Control), and its entry by which ExposureTime does."
+
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
 AUTO_CONTINUOUS = "Continuous"
@@ -112,16 +116,25 @@ class Companions:
 
     mode: str | None = None
     enabler: str | None = None
+    operation: str | None = None
+    "The feature that says what determines the quantity, `ExposureMode`."
 
     @classmethod
     def of(cls, name: str, has: Has) -> Companions:
         """Find the companions of the feature `name` on a camera."""
-        return cls(automatic_mode_of(name, has), enabler_of(name, has))
+        operation = EXPOSURE_MODE if name in Role.EXPOSURE.names and has(EXPOSURE_MODE) else None
+        return cls(automatic_mode_of(name, has), enabler_of(name, has), operation)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Those that exist."""
-        return tuple(name for name in (self.mode, self.enabler) if name is not None)
+        return tuple(name for name in (self.mode, self.enabler, self.operation) if name is not None)
+
+    def impedes(self, companion: str, value: FeatureValue | None) -> bool:
+        """Return whether a companion with this value keeps the feature from being written or acting."""
+        if companion == self.operation:
+            return value not in (TIMED, None)
+        return is_on(value) == (companion == self.mode)
 
 
 def automatic_mode_of(name: str, has: Has) -> str | None:
@@ -166,14 +179,19 @@ def switched_off(mode: Feature) -> tuple[str, FeatureValue] | None:
         return None
     if mode.kind is FeatureKind.BOOLEAN:
         return mode.name, False
-    can_be_off = any(entry.name == AUTO_OFF and entry.available for entry in mode.entries)
-    return (mode.name, AUTO_OFF) if can_be_off else None
+    return switched_to(mode, AUTO_OFF)
 
 
 def switched_on(enabler: Feature) -> tuple[str, FeatureValue] | None:
     """Return the write that switches an enabler on; None if it is on or cannot be switched."""
     off = enabler.kind is FeatureKind.BOOLEAN and enabler.value is False
     return (enabler.name, True) if off and enabler.access.writable else None
+
+
+def switched_to(feature: Feature, entry: str) -> tuple[str, FeatureValue] | None:
+    """Return the write that chooses an entry; None if it is chosen or cannot be."""
+    can = feature.access.writable and any(e.name == entry and e.available for e in feature.entries)
+    return (feature.name, entry) if can and feature.value != entry else None
 
 
 def as_editable(feature: Feature, mode: Feature | None) -> Feature:

@@ -20,11 +20,13 @@ from grabbergui.core.sfnc import (
     AUTO_OFF,
     AUTO_ONCE,
     FILE_ACCESS,
+    TIMED,
     Companions,
     is_on,
     regulated_by_mode,
     switched_off,
     switched_on,
+    switched_to,
 )
 from grabbergui.driver.acquisition import NOT_SETTINGS
 from grabbergui.driver.genapi.node_map import CameraNodeMap
@@ -250,6 +252,9 @@ class SettingWriter:
             yield from self._switch(switched_off(self._nodes.feature(mode)))
         if enabler and stood.get(enabler) is False:
             yield from self._switch(switched_on(self._nodes.feature(enabler)))
+        operation = companions.operation
+        if operation and companions.impedes(operation, stood.get(operation)):
+            yield from self._switch(switched_to(self._nodes.feature(operation), TIMED))
 
     def _switch(self, write: tuple[str, FeatureValue] | None) -> Iterator[ValueChange]:
         if write is not None:

@@ -288,7 +288,7 @@ class NumberedFeatures:
 
 
 def number_of(feature: Feature) -> float | None:
-    """Return a value as a number, an entry as its place; None for text, or without a value."""
+    """Return a value as a number, an entry as its place (0 if it is none); None for text or no value."""
     value = feature.value
     if feature.kind is FeatureKind.ENUMERATION and value is not None:
         names = [entry.name for entry in feature.entries]

@@ -151,7 +151,7 @@ class NodeFeature:
     def _current_value(self, read: Callable[[Any], FeatureValue], access: AccessMode) -> FeatureValue | None:
         """Return the value; None if it is invalid but can be overwritten.
 
-        Invalid values are, for example, a number without an enumeration entry and text that is not UTF-8.
+        Invalid values are, for example, a Boolean that is neither on nor off and text that is not UTF-8.
         Errors of our port pass through: they are not a GenericException.
         """
         try:
@@ -199,11 +199,19 @@ def reason_of(error: BaseException) -> str:
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
 
+def _entry_name(value: Any) -> str:
+    """Return the symbol of the current entry, or the camera's number if no entry has it."""
+    try:
+        return str(value.to_string())
+    except genapi.InvalidArgumentException:
+        return str(int(value.get_int_value()))
+
+
 READERS: dict[FeatureKind, Callable[[Any], FeatureValue]] = {
     FeatureKind.INTEGER: lambda value: int(value()),
     FeatureKind.FLOAT: lambda value: float(value()),
     FeatureKind.BOOLEAN: lambda value: bool(value()),
-    FeatureKind.ENUMERATION: lambda value: str(value.to_string()),
+    FeatureKind.ENUMERATION: lambda value: _entry_name(value),
     FeatureKind.STRING: lambda value: str(value.value),
 }
 """Functions that read a node's value, by kind; a command has none. They raise GenApi's exceptions.

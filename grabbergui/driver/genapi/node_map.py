@@ -39,6 +39,10 @@ log = logging.getLogger(__name__)
 
 COMMAND_TIMEOUT = 5.0
 """Seconds until a command must be done."""
+ACTS_AT_ONCE = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort", "TriggerSoftware"})
+"""Commands that have acted even if the camera never says so: the register of many keeps its value."""
+ACTION_TIME = 1.0
+"""Seconds to wait for one of these, once; a camera that reports the end may need a frame for it."""
 
 _GENAPI_ERRORS = (genapi.GenericException, RuntimeError, OverflowError, TypeError, ValueError)
 """Exceptions of C++, of our port, and of SWIG for a value that it cannot convert."""
@@ -69,6 +73,8 @@ class CameraNodeMap:
         self._callbacks: list[tuple[Any, int]] = []
         self._nodes: dict[str, NodeFeature] = {}
         "Features used so far."
+        self._keep_their_value: set[str] = set()
+        "Commands of ACTS_AT_ONCE whose end this camera does not report."
         self._dependents: dict[str, frozenset[str]] = {}
         self._events: EventReader | None = None
         try:
@@ -215,7 +221,10 @@ class CameraNodeMap:
                 self._lock.changed.intersection_update(changed)  # the callbacks hold this very set
 
     def execute(self, name: str) -> None:
-        """Run a command and wait until it is done. Raises FeatureError and what the device raised."""
+        """Run a command and wait until it is done. Raises FeatureError and what the device raised.
+
+        One of ACTS_AT_ONCE is taken as done after ACTION_TIME, and from then on at once.
+        """
         with self._lock, self._answering(name):
             if not self._map.has_node(name):
                 raise FeatureNotFoundError(f"the camera's description has no command {name}", name)
@@ -228,9 +237,16 @@ class CameraNodeMap:
                 raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
             command.execute()
         # Release the lock between the checks, so that a slow command does not block other threads.
-        deadline = time.monotonic() + COMMAND_TIMEOUT
+        if name in self._keep_their_value:
+            return
+        at_once = name in ACTS_AT_ONCE
+        deadline = time.monotonic() + (ACTION_TIME if at_once else COMMAND_TIMEOUT)
         while not self._is_done(name):
             if time.monotonic() > deadline:
+                if at_once:
+                    self._keep_their_value.add(name)
+                    log.info("the camera does not report that %s is done; it is no longer waited for", name)
+                    return
                 raise FeatureError(f"{name} was not done within {COMMAND_TIMEOUT:g} s", name)
             time.sleep(0.005)
 

@@ -150,7 +150,13 @@ def test_wrong_values_can_be_corrected(lie, value):
     node_map.close()
 
 
-@pytest.mark.parametrize("lie", ["the number of no entry", "neither on nor off", "text of another encoding"])
+def test_a_number_without_an_entry_is_shown():
+    node_map = opened(LIES["the number of no entry"])
+    assert node_map.feature("Odd").value == node_map.value("Odd") == "77"
+    node_map.close()
+
+
+@pytest.mark.parametrize("lie", ["neither on nor off", "text of another encoding"])
 def test_what_means_nothing_is_no_value(lie):
     node_map = opened(LIES[lie])
     odd = node_map.feature("Odd")
