@@ -190,6 +190,14 @@ class GigeUriOptions:
         "never uses it",
         _auto_or_switch,
     )
+    registers: str = _option(
+        "auto",
+        "auto|memory|numbers",
+        "how registers of four bytes are accessed: as `memory`, in the order that the description declares "
+        "(READMEM, WRITEMEM), or as `numbers` (READREG, WRITEREG). `auto` follows the version of the "
+        "description's schema and a table of cameras whose descriptions claim the wrong one",
+        _one_of("auto", "memory", "numbers"),
+    )
 
 
 @dataclass(frozen=True)

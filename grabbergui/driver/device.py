@@ -71,6 +71,9 @@ class Stream(Protocol):
 class Device(ABC):
     """One camera on one transport. Registers are addressed in bytes; their content is as on the device.
 
+    The exception are cameras whose description declares another byte order than they have: see
+    `use_description`.
+
     Register calls may come from any thread and are serialised by the caller (`Camera`); stream callbacks
     run on the device's own receiving thread.
     """
@@ -137,6 +140,12 @@ class Device(ABC):
     @abstractmethod
     def description(self) -> bytes:
         """Return the GenICam XML, unzipped, as the device stores it (junk before `<?xml` included)."""
+
+    def use_description(self, xml: str) -> None:  # noqa: B027 - most transports have one order of bytes
+        """Read and write registers as this description means it; called before the first of its registers is.
+
+        `xml` is the text of the description, of its own or from a file.
+        """
 
     def open_events(self) -> None:  # noqa: B027 - most transports need nothing
         """Prepare to receive events, before the first is enabled. May be called again; raises as `write`."""

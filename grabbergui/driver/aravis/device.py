@@ -39,8 +39,10 @@ from grabbergui.driver.aravis.library import (
 )
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
-from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.genapi.vetting import port_name
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Control, Register
 from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
+from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 
 # -- cameras -------------------------------------------------------------------------------------
@@ -120,6 +122,8 @@ class AravisDevice(Device):
         self._library: Any = None
         self._device: int | None = None
         self._writable = False
+        self._numbers = False
+        "Whether registers of four bytes are read and written as numbers, see `driver.gige.quirks`."
         self._identified = False
         "Whether `info` comes from the camera itself."
         # The signal's handler must live as long as the device.
@@ -222,6 +226,8 @@ class AravisDevice(Device):
     @override
     def read(self, address: int, length: int) -> bytes:
         with self._detecting_loss():
+            if self._numbers and length == 4 and not address % 4:
+                return self._read_register(address).to_bytes(4, "big")
             return self._read(address, length)
 
     @override
@@ -231,8 +237,28 @@ class AravisDevice(Device):
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
         failure = Failure(f"writing {len(data)} bytes at 0x{address:X}")
         with self._detecting_loss(writing=True):
-            library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
+            if self._numbers and len(data) == 4 and not address % 4:
+                number = int.from_bytes(data, "big")
+                library.arv_device_write_register(self._device, address, number, failure.place)
+            else:
+                library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
             failure.check()
+
+    @override
+    def use_description(self, xml: str) -> None:
+        self._numbers = False
+        if self.chunk_layout is DataLayout.GIGE_VISION:
+            little_endian = not self._read_register(Register.DEVICE_MODE) & BIG_ENDIAN_MODE
+            traits = DescriptionTraits.of(xml, port_name(xml))
+            self._numbers = traits.numbers(little_endian=little_endian)
+
+    def _read_register(self, address: int) -> int:
+        number = ctypes.c_uint32()
+        failure = Failure(f"reading the register 0x{address:X}")
+        place = ctypes.byref(number)
+        self._library_of_open().arv_device_read_register(self._device, address, place, failure.place)
+        failure.check()
+        return number.value
 
     def _read(self, address: int, length: int) -> bytes:
         data = ctypes.create_string_buffer(length)

@@ -74,6 +74,8 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_open_device": (c_void_p, (c_char_p, _ERROR)),
     "arv_device_read_memory": (c_int, (c_void_p, c_uint64, c_uint32, c_void_p, _ERROR)),
     "arv_device_write_memory": (c_int, (c_void_p, c_uint64, c_uint32, c_void_p, _ERROR)),
+    "arv_device_read_register": (c_int, (c_void_p, c_uint64, POINTER(c_uint32), _ERROR)),
+    "arv_device_write_register": (c_int, (c_void_p, c_uint64, c_uint32, _ERROR)),
     "arv_device_get_genicam_xml": (c_void_p, (c_void_p, POINTER(c_size_t))),
     "arv_device_create_stream": (c_void_p, (c_void_p, c_void_p, c_void_p, _ERROR)),
     "arv_gv_device_get_type": (c_size_t, ()),

@@ -62,6 +62,7 @@ class CameraNodeMap:
         self._lock = MapLock(on_change)
         self._port = RegisterPort(device)
         text = clean_xml(xml)
+        device.use_description(text)
         try:
             self._map = port.load(text)
             with self._lock:

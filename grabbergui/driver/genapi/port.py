@@ -24,7 +24,7 @@ import threading
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from types import FrameType, TracebackType
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from genicam import genapi
@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import DeviceEvent
-from grabbergui.driver.device import DataLayout, Device
+from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi import node_features
 from grabbergui.driver.genapi.vetting import clean_xml, vetted
 
@@ -71,6 +71,16 @@ LONGEST_REGISTER = 16 << 20
 """Bytes: many times the largest look-up table; a read of this size takes seconds."""
 
 
+class Registers(Protocol):
+    """The part of a `Device` that GenApi needs; other modules than cameras have one, too."""
+
+    def read(self, address: int, length: int) -> bytes:
+        """Return exactly `length` bytes."""
+
+    def write(self, address: int, data: bytes) -> None:
+        """Write all of `data`."""
+
+
 class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library has no types
     """Reads and writes registers of a `Device` for GenApi.
 
@@ -78,7 +88,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     unexpected one becomes a TransportError, since GenApi would end the process.
     """
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: Registers) -> None:
         super().__init__()
         self._device = device
         self.failure: GrabberError | None = None

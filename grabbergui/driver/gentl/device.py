@@ -37,15 +37,19 @@ from grabbergui.core.identity import DeviceInfo, choose, describe, differs, requ
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, fetch_description, with_texts
+from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gentl.producer import (
     FoundCamera,
     GentlStream,
     Producer,
     answering,
+    choose_order_mechanism,
     opening,
     text_of,
 )
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Register
 from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
+from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 
 log = logging.getLogger(__name__)
@@ -75,6 +79,8 @@ class GentlDevice(Device):
         self._producer: Producer | None = None
         self._device: Any = None
         self._writable = False
+        self._transport_layer = ""
+        "GenTL's name of the camera's kind of transport; GEV: GigE Vision."
         self._identified = False
         "Whether `info` comes from the camera itself."
 
@@ -113,7 +119,8 @@ class GentlDevice(Device):
             address=text_of(device, "id_") or listed.address,
             serial=text_of(device, "serial_number") or listed.serial,
         )
-        texts = _TEXTS.get(text_of(found.info, "tl_type"))
+        self._transport_layer = text_of(found.info, "tl_type")
+        texts = _TEXTS.get(self._transport_layer)
         if texts is not None:
             # A producer may not expose these registers.
             with suppress(DeviceStatusError, RemoteProtocolError):
@@ -175,6 +182,19 @@ class GentlDevice(Device):
         with answering("reading where the description is"):
             urls = [info.url for info in self._opened().remote_port.url_info_list]
         return fetch_description(urls, self.read)
+
+    @override
+    def use_description(self, xml: str) -> None:
+        if self._transport_layer != "GEV":
+            return
+        traits = DescriptionTraits.of(xml, port_name(xml))
+        little_endian = False
+        with suppress(GrabberError):  # a producer may not expose the register
+            little_endian = not int.from_bytes(self.read(Register.DEVICE_MODE, 4), "big") & BIG_ENDIAN_MODE
+        try:
+            choose_order_mechanism(self._opened(), numbers=traits.numbers(little_endian=little_endian))
+        except GrabberError as error:
+            log.info("%s: the order of registers is the producer's choice: %s", self.info.title, error)
 
     # -- stream ----------------------------------------------------------------------------------
     @override

@@ -10,7 +10,6 @@ import contextlib
 import ipaddress
 import logging
 import socket
-import struct
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -24,8 +23,8 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
-from grabbergui.driver.device import Device
-from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, Register
+from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, Register, ip_number, ip_text
+from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import LIMITED_BROADCAST, interfaces
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
 from grabbergui.driver.gige.gvcp_messages import Action, ForceIp
@@ -165,8 +164,8 @@ _WAYS = {
 }
 
 
-def read_configuration(device: Device) -> IpConfiguration:
-    """Read the bootstrap registers of an open GigE Vision device. Raises as `Device.read`."""
+def read_configuration(device: GigeDevice) -> IpConfiguration:
+    """Read the bootstrap registers of an open GigE Vision device. Raises as `GigeDevice.read`."""
     return IpConfiguration(
         current_ip=_address(device, Register.CURRENT_IP),
         ways=_bits(device, Register.CURRENT_IP_CONFIGURATION),
@@ -176,11 +175,11 @@ def read_configuration(device: Device) -> IpConfiguration:
     )
 
 
-def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpConfiguration:
+def keep_address(device: GigeDevice, ip: str, mask: str, gateway: str = NONE) -> IpConfiguration:
     """Write the address that the camera uses from its next power-on; return its registers afterwards.
 
     Raises UsageError for addresses that do not fit together, TransportError if the camera cannot or does not
-    keep them, and as `Device.write`.
+    keep them, and as `GigeDevice.write`.
     """
     check_addresses(ip, mask, gateway)
     _require(device, IpConfigurationBit.PERSISTENT)
@@ -190,9 +189,9 @@ def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpC
         Register.PERSISTENT_GATEWAY: gateway,
     }
     for register, address in wanted.items():
-        device.write(register, ipaddress.IPv4Address(address).packed)
+        device.write_number(register, ip_number(address))
     ways = _bits(device, Register.CURRENT_IP_CONFIGURATION) | IpConfigurationBit.PERSISTENT
-    device.write(Register.CURRENT_IP_CONFIGURATION, struct.pack(">I", ways))
+    device.write_number(Register.CURRENT_IP_CONFIGURATION, ways)
     kept = read_configuration(device)
     held = (kept.persistent_ip, kept.persistent_mask, kept.persistent_gateway)
     if held != tuple(wanted.values()) or IpConfigurationBit.PERSISTENT not in kept.ways:
@@ -200,7 +199,7 @@ def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpC
     return kept
 
 
-def forget_address(device: Device) -> IpConfiguration:
+def forget_address(device: GigeDevice) -> IpConfiguration:
     """Let the camera use DHCP or a link-local address from its next power-on; return its registers.
 
     Raises as `keep_address`.
@@ -208,7 +207,7 @@ def forget_address(device: Device) -> IpConfiguration:
     ways = _bits(device, Register.CURRENT_IP_CONFIGURATION) & ~IpConfigurationBit.PERSISTENT
     others = IpConfigurationBit.DHCP | IpConfigurationBit.LINK_LOCAL
     ways |= _bits(device, Register.SUPPORTED_IP_CONFIGURATION) & others
-    device.write(Register.CURRENT_IP_CONFIGURATION, struct.pack(">I", ways))
+    device.write_number(Register.CURRENT_IP_CONFIGURATION, ways)
     return read_configuration(device)
 
 
@@ -230,7 +229,7 @@ def check_addresses(ip: str, mask: str, gateway: str = NONE) -> None:
         raise UsageError(f"the gateway {gateway} is not in the camera's network {network}")
 
 
-def _require(device: Device, way: IpConfigurationBit) -> None:
+def _require(device: GigeDevice, way: IpConfigurationBit) -> None:
     supported = _bits(device, Register.SUPPORTED_IP_CONFIGURATION)
     if way not in supported:
         raise TransportError(
@@ -238,10 +237,9 @@ def _require(device: Device, way: IpConfigurationBit) -> None:
         )
 
 
-def _bits(device: Device, register: Register) -> IpConfigurationBit:
-    (value,) = struct.unpack(">I", device.read(register, 4))
-    return IpConfigurationBit(value & 0x7)
+def _bits(device: GigeDevice, register: Register) -> IpConfigurationBit:
+    return IpConfigurationBit(device.read_number(register) & 0x7)
 
 
-def _address(device: Device, register: Register) -> str:
-    return str(ipaddress.IPv4Address(device.read(register, 4)))
+def _address(device: GigeDevice, register: Register) -> str:
+    return ip_text(device.read_number(register))

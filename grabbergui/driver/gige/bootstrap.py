@@ -182,6 +182,8 @@ class PacketSizeFlag(IntFlag):
     FIRE_TEST_PACKET = 0x80000000
 
 
+BIG_ENDIAN_MODE = 0x80000000
+"In `Register.DEVICE_MODE`: the device's memory is big-endian."
 PACKET_SIZE_MASK = 0xFFFF
 PORT_MASK = 0xFFFF
 STREAM_CHANNELS_MASK = 0x1FF

@@ -302,6 +302,8 @@ class DeviceMemory:
         "The device's capabilities; set while it is opened."
         self.writable = False
         "Whether we have control."
+        self.little_endian = False
+        "Whether words are little-endian in the device's memory, which READMEM and WRITEMEM carry as it is."
         self._ready_to_write = False
         "Whether PENDING_ACK is enabled where the device has it."
         self._writes_memory = False
@@ -317,24 +319,40 @@ class DeviceMemory:
 
     def write(self, address: int, data: bytes) -> None:
         """Write all of `data`; a word covered in part is read first. Raises as `read`, AccessDeniedError."""
-        if not self.writable:
-            raise AccessDeniedError("the camera is open for reading only; another application may control it")
+        self._begin_write()
         first, end = self._aligned(address, len(data))
         if (first, end) != (address, address + len(data)):
             around = self.read(first, end - first)
             data = around[: address - first] + data + around[address - first + len(data) :]
-        if not self._ready_to_write:
-            self._prepare_writing()
         for at in range(0, len(data), MEMORY_CHUNK):
             self._write_aligned(first + at, data[at : at + MEMORY_CHUNK])
 
     def read_register(self, register: int) -> int:
-        """Read a 32-bit register. Raises as `read`."""
+        """Read a 32-bit register as a number, whatever the order of its bytes. Raises as `read`."""
         return self._link.read_register(register)
 
     def write_register(self, register: int, value: int) -> None:
-        """Write a 32-bit register. Raises as `write`."""
+        """Write a number into a 32-bit register of the standard, as `read_register` reads it.
+
+        Raises as `read`, AccessDeniedError.
+        """
         self._execute_write(WriteReg(((register, value),)))
+
+    def read_numbers(self, address: int, length: int) -> bytes:
+        """Read as `read`, but a single aligned word as a number, its most significant byte first."""
+        if length != _WORD or address % _WORD:
+            return self.read(address, length)
+        self._aligned(address, length)
+        return self._link.read_register(address).to_bytes(_WORD, "big")
+
+    def write_numbers(self, address: int, data: bytes) -> None:
+        """Write as `write`, but a single aligned word as a number, its most significant byte first."""
+        if len(data) != _WORD or address % _WORD:
+            self.write(address, data)
+            return
+        self._begin_write()
+        self._aligned(address, len(data))
+        self.write_register(address, int.from_bytes(data, "big"))
 
     def read_text(self, field: Field) -> str:
         """Read a string register. Raises as `read`."""
@@ -352,8 +370,9 @@ class DeviceMemory:
         if self._writes_memory:
             self._execute_write(WriteMem(address, data))
             return
+        word = struct.Struct("<I" if self.little_endian else ">I")
         for offset in range(0, len(data), _WORD):
-            (value,) = struct.unpack_from(">I", data, offset)
+            (value,) = word.unpack_from(data, offset)
             self._execute_write(WriteReg(((address + offset, value),)))
 
     def _execute_write(self, request: WriteReg | WriteMem) -> None:
@@ -372,6 +391,12 @@ class DeviceMemory:
             if error.status == Status.ACCESS_DENIED:
                 self._link.require_control()
             raise
+
+    def _begin_write(self) -> None:
+        if not self.writable:
+            raise AccessDeniedError("the camera is open for reading only; another application may control it")
+        if not self._ready_to_write:
+            self._prepare_writing()
 
     def _prepare_writing(self) -> None:
         """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""

@@ -30,14 +30,16 @@ from grabbergui.core.identity import DeviceInfo, describe, distinct_names, requi
 from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
+from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Register
 from grabbergui.driver.gige.control_channel import Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
 from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.gvcp_messages import Identity
+from grabbergui.driver.gige.gvcp_messages import Identity, identity_of
 from grabbergui.driver.gige.message_channel import MessageChannel
+from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.gige.stream.channel import (
     ALL_CHANNELS,
     GigeOptions,
@@ -78,6 +80,10 @@ class GigeDevice(Device):
         self._stream: Streams | None = None
         self._messages: MessageChannel | None = None
         self._tick_frequency = 0
+        self._little_endian = False
+        "Whether the camera says that its memory is little-endian."
+        self._numbers = False
+        "Whether registers of four bytes are read and written as numbers, see `quirks`."
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
@@ -192,6 +198,8 @@ class GigeDevice(Device):
             mac = (link.read_register(Register.MAC_HIGH) & 0xFFFF) << 32 | link.read_register(
                 Register.MAC_LOW
             )
+            mode = link.read_register(Register.DEVICE_MODE)
+            self._little_endian = not mode & bootstrap.BIG_ENDIAN_MODE
             memory.capability = Capability(link.read_register(Register.GVCP_CAPABILITY))
             self._tick_frequency = tick_frequency(memory)
         except AckTimeoutError as error:
@@ -224,16 +232,44 @@ class GigeDevice(Device):
     def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
         """Return the identity from DISCOVERY, or from registers if a router drops DISCOVERY."""
         found = discovery.ask(ip, self.options.search_timeout / 4)
-        return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
+        return found.identity if found else identity_of(memory.read)
 
     # -- memory ----------------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
         """Read memory of any length and alignment. Raises as `DeviceMemory.read`."""
-        return self._opened().read(address, length)
+        memory = self._opened()
+        return memory.read_numbers(address, length) if self._numbers else memory.read(address, length)
 
     def write(self, address: int, data: bytes) -> None:
         """Write memory of any length and alignment. Raises as `DeviceMemory.write`."""
-        self._opened().write(address, data)
+        memory = self._opened()
+        if self._numbers:
+            memory.write_numbers(address, data)
+        else:
+            memory.write(address, data)
+
+    def read_number(self, register: int) -> int:
+        """Read a 32-bit register of the standard. Raises as `DeviceMemory.read`."""
+        return self._opened().read_register(register)
+
+    def write_number(self, register: int, value: int) -> None:
+        """Write a 32-bit register of the standard. Raises as `DeviceMemory.write`."""
+        self._opened().write_numbers(register, value.to_bytes(4, "big"))
+
+    def use_description(self, xml: str) -> None:
+        """Choose how registers are accessed; before that, the memory counts as big-endian."""
+        memory, little_endian = self._opened(), self._little_endian
+        traits = DescriptionTraits.of(xml, port_name(xml))
+        self._numbers = traits.numbers(little_endian=little_endian)
+        memory.little_endian = little_endian and not traits.contradict(little_endian=little_endian)
+        if self.options.registers != "auto":
+            self._numbers = self.options.registers == "numbers"
+        elif little_endian and not memory.little_endian:
+            log.info(
+                "%s: DeviceMode says little-endian, the description big-endian; registers of four bytes"
+                " are accessed as numbers (READREG, WRITEREG)",
+                self.info.title,
+            )
 
     def description(self) -> bytes:
         """Fetch the GenICam XML from the URL registers. Raises TransportError."""
@@ -284,6 +320,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         stream_channel=_channel(uri, chosen.stream_channel),
         multicast=_checked_group(uri, chosen.multicast),
         packet_ring=RingUse(chosen.packet_ring),
+        registers=chosen.registers,
         batched=not chosen.plain,
     )
     device = GigeDevice(uri.name, options)

@@ -11,7 +11,7 @@ from ipaddress import IPv4Address
 from typing import ClassVar
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES
+from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES, VENDOR
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
     FLAG_BROADCAST_ACK,
@@ -200,12 +200,31 @@ class Identity:
         )
 
 
+def identity_of(read: Callable[[int, int], bytes]) -> Identity:
+    """Return the identity in a device's first registers, also from one whose memory is little-endian.
+
+    `read` takes an address and a length in bytes, as READMEM does; its errors pass through. Raises
+    RemoteProtocolError.
+    """
+    data = read(0, IDENTITY_BYTES)
+    # The upper half of the first word is GigE Vision's major version.
+    major, swapped_major = int.from_bytes(data[0:2], "big"), int.from_bytes(data[2:4], "little")
+    if not 0 < major < 256 and 0 < swapped_major < 256:
+        numbers = struct.unpack_from(f"<{_NUMBERS}I", data)
+        data = struct.pack(f">{_NUMBERS}I", *numbers) + data[4 * _NUMBERS :]
+    return Identity.decode(data)
+
+
+_NUMBERS = VENDOR.address // 4
+"Words before the strings, which have no byte order."
+
+
 def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
     """Return the identity registers of an open camera as fields of `DeviceInfo`.
 
     `read` takes an address and a length in bytes; its errors pass through. Raises RemoteProtocolError.
     """
-    identity = Identity.decode(read(0, IDENTITY_BYTES))
+    identity = identity_of(read)
     return {
         "vendor": identity.vendor,
         "model": identity.model,

@@ -176,7 +176,7 @@ class RegisterMemory:
                 return bytes(content[address - start : address - start + length]).ljust(length, b"\0")
         data = bytearray(length)
         found = False
-        for register in self._overlapping(address, length):
+        for register in self.registers_in(address, length):
             found = True
             content = register.encode(self.get(register))
             begin, end = max(address, register.address), min(address + length, register.end)
@@ -191,11 +191,15 @@ class RegisterMemory:
             if isinstance(content, bytearray) and start <= address <= start + len(content) - len(data):
                 content[address - start : address - start + len(data)] = data
                 return
-        registers = list(self._overlapping(address, len(data)))
+        registers = list(self.registers_in(address, len(data)))
         if not registers:
             raise RegisterRefusedError(Refusal.INVALID_ADDRESS, f"no register at 0x{address:x}")
         position = address
         for register in registers:
+            if register.kind is Kind.STRING and register.address < position:
+                # A word of a text, from a host that writes it word by word.
+                before = register.encode(self.get(register))[: position - register.address]
+                data, address, position = before + data, register.address, register.address
             if register.address != position:
                 raise RegisterRefusedError(Refusal.BAD_ALIGNMENT, f"0x{position:x} is inside {register.name}")
             content = data[position - address : register.end - address]
@@ -219,7 +223,8 @@ class RegisterMemory:
         if act := self._after_write.get(register.address):
             act()
 
-    def _overlapping(self, address: int, length: int) -> list[Register]:
+    def registers_in(self, address: int, length: int) -> list[Register]:
+        """Return the registers of which a range has at least one byte, in the order of their addresses."""
         # No register is longer than the step back to the one before it, so one step back is enough.
         first = max(bisect_right(self._starts, address) - 1, 0)
         last = bisect_left(self._starts, address + length)

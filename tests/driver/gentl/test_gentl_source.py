@@ -5,6 +5,7 @@ import json
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import genicam
 import numpy as np
@@ -298,3 +299,46 @@ def test_a_buffer_that_the_producer_does_not_take_is_offered_again(grabber, monk
     until(lambda: len(failures) == BUFFERS + 2, "the last failure")
     queue.clear()
     assert queue.get(PATIENCE).complete
+
+
+class LocalModule:
+    """The producer's own module of a device, with one register: how the camera's registers are accessed."""
+
+    XML = b"""<?xml version="1.0" encoding="utf-8"?>
+<RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="TL" VendorName="TL"
+ ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
+ MajorVersion="1" MinorVersion="0" SubMinorVersion="0" ProductGuid="1" VersionGuid="1">
+<Category Name="Root"><pFeature>DeviceEndianessMechanism</pFeature></Category>
+<Enumeration Name="DeviceEndianessMechanism"><EnumEntry Name="Legacy"><Value>0</Value></EnumEntry>
+<EnumEntry Name="Standard"><Value>1</Value></EnumEntry><pValue>Mechanism</pValue></Enumeration>
+<IntReg Name="Mechanism"><Address>0x10</Address><Length>4</Length><AccessMode>RW</AccessMode>
+<pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>LittleEndian</Endianess></IntReg><Port Name="Device"/>
+</RegisterDescription>"""
+
+    def __init__(self):
+        self.mechanism = b"\xff\0\0\0"
+        self.url_info_list = [SimpleNamespace(url=f"Local:tl.xml;1000;{len(self.XML):x}")]
+
+    def read(self, address, length):
+        data = self.XML[address - 0x1000 :] if address >= 0x1000 else self.mechanism
+        return length, data[:length]
+
+    def write(self, address, data):
+        assert address == 0x10
+        self.mechanism = bytes(data)
+
+
+@pytest.mark.parametrize(("numbers", "value"), [(True, 0), (False, 1)])
+def test_a_producer_is_told_how_registers_are_accessed(numbers, value):
+    module = LocalModule()
+    producer.choose_order_mechanism(SimpleNamespace(local_port=module), numbers=numbers)
+    assert int.from_bytes(module.mechanism, "little") == value
+
+
+@pytest.mark.parametrize(("kind", "told"), [("GEV", [True]), ("U3V", [])])
+def test_only_gige_cameras_have_two_ways(grabber, monkeypatch, kind, told):
+    heard = []
+    monkeypatch.setattr(grabber.device, "_transport_layer", kind)
+    monkeypatch.setattr(device, "choose_order_mechanism", lambda device, *, numbers: heard.append(numbers))
+    grabber.device.use_description('<RegisterDescription SchemaMajorVersion="1" SchemaMinorVersion="0">')
+    assert heard == told

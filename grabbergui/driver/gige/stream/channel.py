@@ -83,6 +83,8 @@ class GigeOptions:
     "Receive many datagrams in one system call, if the system supports it."
     packet_ring: RingUse = RingUse.AUTO
     "Receive packets without system calls, if we may open packet sockets; see `stream.packet_ring`."
+    registers: str = "auto"
+    "How registers of four bytes are accessed: `auto`, `memory` or `numbers`; see `quirks`."
     search_timeout: float = 1.0
     "Seconds within which a camera must answer a search for its name."
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Control, GvcpConfiguration, ip_number, ip_text
+from grabbergui.driver.gige.bootstrap import Capability, Control, GvcpConfiguration, ip_number, ip_text
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
     KEY,
@@ -35,6 +35,7 @@ from grabbergui.driver.gige.gvcp import (
 from grabbergui.driver.gige.gvcp_messages import Action, Event, ForceIp
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
+from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.memory import Refusal, RegisterMemory, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 
@@ -82,6 +83,7 @@ class ControlChannel:
     model: CameraModel
     memory: RegisterMemory
     "Bootstrap registers and XML."
+    deviations: Deviations = field(default_factory=Deviations)
     largest_packet: int = 65_532
     "Bytes, as SCPS counts; the interface's MTU."
     on_resend: Callable[[PacketResend], None] = lambda request: None
@@ -257,14 +259,15 @@ class ControlChannel:
 
     def _read_registers(self, payload: bytes, flags: int) -> bytes:
         self._require_read()
-        return b"".join(self._read(address, 4) for address in ReadReg.decode(payload).addresses)
+        number = self.deviations.number
+        return b"".join(number(self._read(address, 4)) for address in ReadReg.decode(payload).addresses)
 
     def _read_memory(self, payload: bytes, flags: int) -> bytes:
         request = ReadMem.decode(payload)
         self._require_read()
         if request.address % 4:
             raise Refused(Status.BAD_ALIGNMENT)
-        if request.count % 4 or not 0 < request.count <= MAX_MEMORY:
+        if request.count % 4 or not 0 < request.count <= min(MAX_MEMORY, self.deviations.longest_access):
             raise Refused(Status.INVALID_PARAMETER)
         return ReadMem.encode_ack(request.address, self._read(request.address, request.count))
 
@@ -272,14 +275,16 @@ class ControlChannel:
         writes = WriteReg.decode(payload).writes
         for index, (address, value) in enumerate(writes):
             try:
-                self._write(address, struct.pack(">I", value))
+                self._write(address, self.deviations.number(struct.pack(">I", value)))
             except Refused as refused:
                 raise Refused(refused.status, encode_write_ack(index)) from None
         return encode_write_ack(len(writes))
 
     def _write_memory(self, payload: bytes, flags: int) -> bytes:
         request = WriteMem.decode(payload)
-        if len(request.data) % 4:
+        if not self.memory.integer(gev.GVCP_CAPABILITY) & Capability.WRITEMEM:
+            raise Refused(Status.NOT_IMPLEMENTED)
+        if len(request.data) % 4 or len(request.data) > self.deviations.longest_access:
             raise Refused(Status.INVALID_PARAMETER)
         self._write(request.address, request.data)
         return encode_write_ack(len(request.data))
@@ -310,10 +315,11 @@ class ControlChannel:
     def _read(self, address: int, length: int) -> bytes:
         if address % 4:
             raise Refused(Status.BAD_ALIGNMENT)
+        self._require_access(address, length)
         try:
             if self._is_feature(address):
-                return self.model.read(address, length)
-            return self.memory.read(address, length)
+                return self.deviations.read(self.model.memory, self.model.read, address, length)
+            return self.deviations.read(self.memory, self.memory.read, address, length)
         except RegisterRefusedError as error:
             raise Refused(_STATUS[error.reason]) from None
 
@@ -322,13 +328,21 @@ class ControlChannel:
             raise Refused(Status.BAD_ALIGNMENT)
         if address != gev.CCP.address and self._source != self._controller:
             raise Refused(Status.ACCESS_DENIED)
+        self._require_access(address, len(data))
+        if address in self.deviations.read_only:
+            raise Refused(Status.WRITE_PROTECT)
         try:
             if self._is_feature(address):
-                self.model.write(address, data)
+                self.model.write(address, self.deviations.stored(self.model.memory, address, data))
             else:
-                self.memory.write(address, data)
+                self.memory.write(address, self.deviations.stored(self.memory, address, data))
         except RegisterRefusedError as error:
             raise Refused(_STATUS[error.reason]) from None
+
+    def _require_access(self, address: int, length: int) -> None:
+        for register, status in self.deviations.refused.items():
+            if address <= register < address + length:
+                raise Refused(status)
 
     @staticmethod
     def _is_feature(address: int) -> bool:

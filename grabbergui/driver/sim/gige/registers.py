@@ -16,6 +16,7 @@ from grabbergui.driver.gige.bootstrap import (
 )
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport, zipped
 from grabbergui.driver.sim.model import CameraModel
 
@@ -80,6 +81,7 @@ MAC_HIGH = _register("MAC high", _R.MAC_HIGH)
 MAC_LOW = _register("MAC low", _R.MAC_LOW)
 USER_NAME = _field("user name", bootstrap.USER_NAME, writable=True)
 ACTION_DEVICE_KEY = _register("action device key", _R.ACTION_DEVICE_KEY, writable=True)
+DEVICE_MODE = _register("device mode", _R.DEVICE_MODE)
 GVCP_CAPABILITY = _register("GVCP capability", _R.GVCP_CAPABILITY, int(_CAPABILITY))
 HEARTBEAT_TIMEOUT = _register("heartbeat timeout", _R.HEARTBEAT_TIMEOUT_MS, 3000, writable=True)
 TIMESTAMP_CONTROL = _register("timestamp control", _R.TIMESTAMP_CONTROL, writable=True, high=3)
@@ -133,7 +135,6 @@ ACTION_GROUP_MASK = _register("action group mask", 0x9804, writable=True)
 
 for _name, _address, _value in (
     ("version", _R.VERSION, 0x00020000),
-    ("device mode", _R.DEVICE_MODE, 0x80000001),
     ("supported IP configuration", _R.SUPPORTED_IP_CONFIGURATION, 0x7),
     ("number of network interfaces", 0x0600, 1),
     ("message channels", _R.MESSAGE_CHANNELS, 1),
@@ -178,9 +179,12 @@ def description() -> bytes:
     return with_transport(_FEATURES, nodes)
 
 
-def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -> RegisterMemory:
+def make_bootstrap(
+    model: CameraModel, address: str, netmask: str, mac: bytes, deviations: Deviations | None = None
+) -> RegisterMemory:
     """Make the bootstrap registers of a camera at an address; strings are the model's own."""
-    archive = zipped(f"{XML_NAME}.xml", description())
+    deviations = deviations or Deviations()
+    archive = zipped(f"{XML_NAME}.xml", deviations.describe(description()))
     url = f"Local:{XML_NAME}.zip;{XML_ADDRESS:x};{len(archive):x}"
     strings = {
         _field("vendor", bootstrap.VENDOR): reg.DEVICE_VENDOR_NAME,
@@ -199,6 +203,8 @@ def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -
     memory.on_read(GVCP_CONFIGURATION, lambda: _with_ptp(model, int(memory.stored(GVCP_CONFIGURATION))))
     memory.on_written(GVCP_CONFIGURATION, lambda: _set_ptp(model, int(memory.stored(GVCP_CONFIGURATION))))
     memory.on_read(IEEE1588_STATUS, lambda: model.memory.integer(reg.PTP_STATUS))
+    memory.set(DEVICE_MODE, deviations.device_mode)
+    memory.set(GVCP_CAPABILITY, int(_CAPABILITY & ~deviations.absent))
     memory.set(CURRENT_IP, ip_number(address))
     memory.set(SUBNET_MASK, ip_number(netmask))
     memory.set(MAC_HIGH, int.from_bytes(mac[:2], "big"))

@@ -19,6 +19,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.files import FileStore
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import ControlChannel, Outgoing
+from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.gige.stream import REBOOT_S, Faults, StreamSender, StreamSettings
 from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
@@ -46,6 +47,7 @@ class GigeCamera:
         power_on: Mapping[Register, RegisterValue] | None = None,
         scene: Scene | None = None,
         faults: Faults | None = None,
+        deviations: Deviations | None = None,
         bandwidth: float = GIGABIT,
         segmentation: bool = False,
         on_sent: Callable[[int], None] = lambda block_id: None,
@@ -69,6 +71,7 @@ class GigeCamera:
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT, max(int(bandwidth * _PAYLOAD_SHARE), 1))
         self._scene = scene
         self._faults = faults or Faults()
+        self._deviations = deviations or Deviations()
         self._bandwidth = bandwidth
         self._segmentation = segmentation
         self._on_sent = on_sent
@@ -115,7 +118,7 @@ class GigeCamera:
             ) from error
         self.model = CameraModel(scene=self._scene, power_on=self._power_on, files=self._files)
         self.model.sensor.scene.prepare()
-        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac)
+        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac, self._deviations)
         for register, value in self._flash.items():
             memory.set(register, value)
         if self._bandwidth:
@@ -132,6 +135,7 @@ class GigeCamera:
         self.control = ControlChannel(
             self.model,
             memory,
+            self._deviations,
             largest_packet=min(interface.mtu, _LARGEST_DATAGRAM) & ~3,
             on_resend=self._stream.resend,
             on_test_packet=self._stream.send_test_packet,
@@ -315,6 +319,7 @@ def serve(
     power_on: Mapping[Register, RegisterValue] | None = None,
     scene: Callable[[], Scene] | None = None,
     faults: Faults | None = None,
+    deviations: Deviations | None = None,
     bandwidth: float = GIGABIT,
     segmentation: bool = False,
     stop: threading.Event | None = None,
@@ -339,6 +344,7 @@ def serve(
                 power_on=values,
                 scene=scene() if scene else None,
                 faults=faults,
+                deviations=deviations,
                 bandwidth=bandwidth,
                 segmentation=segmentation,
             )
