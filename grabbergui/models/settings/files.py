@@ -22,6 +22,7 @@ from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.regular_files import read_bounded
 from grabbergui.core.settings import SettingKey
+from grabbergui.models.settings import foreign
 from grabbergui.models.settings.feature_set import FeatureSet, SelectorsOf
 
 BAG_GUID = "{05D8C294-F295-4dfb-9D01-096BD04049F4}"
@@ -29,6 +30,8 @@ BAG_GUID = "{05D8C294-F295-4dfb-9D01-096BD04049F4}"
 BAGGER_GUID = "{4709CB3C-7322-4460-84C3-DA11DDA09939}"
 "First line of a file of several user sets."
 MAX_FILE_BYTES = 4 * 1024 * 1024
+MAX_LINES = 100_000
+"Most lines of a file. Cameras have a few thousand settings."
 YAML_SUFFIXES = (".yaml", ".yml")
 SETTINGS_SUFFIXES = (*YAML_SUFFIXES, ".pfs")
 "Suffixes of settings files among the files that the window opens."
@@ -77,15 +80,16 @@ def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
         raise MissingFileError(f"there is no file of settings {path}") from error
     except OSError as error:
         raise SettingsFileError(f"{path} could not be read: {error.strerror or error}") from error
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise UsageError(f"{path} is no file of settings: it is not text") from None
+    text = foreign.text_of(content)
+    if text is None:
+        raise UsageError(f"{path} is no file of settings: it is not text")
     return parse(text, str(path), selectors_of)
 
 
 def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> FeatureSet:
     """Return the set in a text of either format; `where` names it in errors. Raises UsageError."""
+    if (count := text.count("\n")) > MAX_LINES:
+        raise UsageError(f"{where} has {count} lines, but a file of settings at most {MAX_LINES}")
     first, _, _ = text.partition("\n")
     if BAGGER_GUID in first:
         raise UsageError(
@@ -128,10 +132,12 @@ def _persistence_lines(text: str, where: str, lost: list[str]) -> Iterator[tuple
         if not line.strip() or line.startswith("#"):
             continue
         name, tab, value = line.partition("\t")
+        name = name.rstrip(" ")
         if not tab or not re.fullmatch(_NAME, name, re.ASCII):
             lost.append(f"{where}, line {number}: '{line[:60]}' is not a name, a tabulator and a value")
             continue
-        yield name, value
+        # pylon pads some values; no camera has an entry or a number with blanks at its end.
+        yield name, value.rstrip(" ")
 
 
 def _from_persistence(
@@ -151,6 +157,10 @@ def _from_persistence(
     return FeatureSet(settings, device)
 
 
+_MOST_SELECTORS = 64
+"Most selectors that are told apart without the camera's help, as each feature is compared with all of them."
+
+
 def _guessed_selectors(lines: Iterable[tuple[str, str]]) -> SelectorsOf:
     """Return for each feature the selectors (by their SFNC names) that changed between its lines."""
     entries: dict[str, str] = {}
@@ -158,7 +168,8 @@ def _guessed_selectors(lines: Iterable[tuple[str, str]]) -> SelectorsOf:
     guessed: dict[str, tuple[str, ...]] = {}
     for name, value in lines:
         if name.endswith("Selector"):
-            entries[name] = value
+            if name in entries or len(entries) < _MOST_SELECTORS:
+                entries[name] = value
             continue
         before = first.setdefault(name, dict(entries))
         changed = tuple(s for s, entry in entries.items() if before.get(s, entry) != entry)
@@ -206,6 +217,11 @@ def _from_yaml(text: str, where: str) -> FeatureSet:
         except UsageError as error:
             lost.append(f"{where}, line {number}: {error}")
     if not re.search(r"^features:", text, re.MULTILINE):
+        if name := foreign.format_name(text):
+            raise UsageError(
+                f"{where} is {name}, which is not read; save the settings in GenICam's format there "
+                "(.pfs, .cset), or in a user set of the camera"
+            )
         raise UsageError(
             f"{where} is no file of settings: it has neither GenICam's first line nor 'features:'"
         )

@@ -51,6 +51,8 @@ class Outcome(Enum):
 PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
 "Outcomes of the comparison whose settings are then written."
 
+_SUGGESTIONS = 20
+"Most unknown features for which similar names are searched, which takes milliseconds each."
 _PROGRESS_STEPS = 1000
 "Progress steps of a whole load."
 
@@ -186,15 +188,20 @@ class _Loading:
 
     def compare(self, progress: Progress) -> None:
         """Sort every setting into equal, left alone, refused, or pending."""
+        unknown = 0
         for done, (key, wanted) in enumerate(self.features.settings.items(), 1):
             if self.cancelled.is_set():
                 reason = translate("Settings", "cancelled")
                 self._reports[key] = SettingReport(key, wanted, Outcome.CANCELLED, reason=reason)
                 continue
             try:
-                outcome, value, reason = self._compared(key, wanted)
+                if unknown >= _SUGGESTIONS and not self.grabber.has_feature(key.name):
+                    outcome, value, reason = Outcome.UNKNOWN, None, ""
+                else:
+                    outcome, value, reason = self._compared(key, wanted)
             except FeatureNotFoundError as error:
                 outcome, value, reason = Outcome.UNKNOWN, None, error_text(error)
+                unknown += 1
             if outcome in PENDING:
                 self.pending[key] = wanted
             self._reports[key] = SettingReport(key, wanted, outcome, value, value, reason)

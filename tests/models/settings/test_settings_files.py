@@ -33,7 +33,7 @@ def test_a_file_of_other_viewers_is_read():
     assert named["GainRaw"] == "136"
     assert named["BalanceRatioRaw[BalanceRatioSelector=Green]"] == "70"
     assert named["BalanceRatioRaw[BalanceRatioSelector=Red]"] == "64" or "BalanceRatioRaw" in named
-    assert named["DeviceUserID"] == "a\tb "
+    assert named["DeviceUserID"] == "a\tb"
 
 
 HOSTILE = {
