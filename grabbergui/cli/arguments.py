@@ -6,16 +6,17 @@ import argparse
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
 from grabbergui.core.uri import is_ip_address
-from grabbergui.setup.completion import Seen, somebody_types
+from grabbergui.setup.seen import Seen, somebody_types
 
 if TYPE_CHECKING:  # help needs no numpy
+    from grabbergui.core.features import Feature
     from grabbergui.core.grabber import ConnectionState, FrameGrabber
 
 
@@ -160,6 +161,12 @@ def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> I
         yield grabber
     finally:
         grabber.close()
+
+
+def remember_values(uri: str, features: Iterable[Feature]) -> None:
+    """Keep the values of enumerations and switches for completion, if somebody types."""
+    if somebody_types():
+        Seen().keep_values(uri, features)
 
 
 def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli import PartialResultError
-from grabbergui.cli.arguments import add_source, counted, opened
+from grabbergui.cli.arguments import add_source, counted, opened, remember_values
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError
@@ -86,12 +86,15 @@ def report(feature: Feature, key: SettingKey | None = None) -> str:
 
 
 def _features(options: argparse.Namespace) -> int:
+    read: list[Feature] = []
     with opened(options.source, reading=True) as grabber:
         if options.json:
-            print(json.dumps([_as_dict(feature) for feature in grabber.features()], indent=2))
+            read += grabber.features()
+            print(json.dumps([_as_dict(feature) for feature in read], indent=2))
         else:
-            for line in _tree_lines(grabber, grabber.feature_tree(), 0):
+            for line in _tree_lines(grabber, grabber.feature_tree(), 0, read):
                 print(line)
+        remember_values(options.source, read)
     return 0
 
 
@@ -101,6 +104,7 @@ def _get(options: argparse.Namespace) -> int:
         for name in options.names:
             key = SettingKey.parse(name)
             feature = grabber.read_setting(key)
+            remember_values(options.source, [feature])
             if feature.value is None:
                 why = "is a command and has no value" if feature.kind is FeatureKind.COMMAND else None
                 raise FeatureAccessError(f"{name} {why or feature.access_problem()}", name)
@@ -118,6 +122,7 @@ def _set(options: argparse.Namespace) -> int:
     with opened(options.source) as grabber:
         for key, text in assignments:
             feature = write(grabber, key, text)
+            remember_values(options.source, [feature])
             values[str(key)] = feature.value
             if not options.json:
                 print(report(feature, _with_selectors(grabber, key)))
@@ -138,14 +143,16 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _tree_lines(grabber: FrameGrabber, category: Category, depth: int) -> Iterator[str]:
+def _tree_lines(grabber: FrameGrabber, category: Category, depth: int, read: list[Feature]) -> Iterator[str]:
+    """Yield a line for each category and feature; add the features to `read`."""
     for member in category.members:
         indent = "  " * depth
         if isinstance(member, Category):
             yield f"{indent}{member.title}"
-            yield from _tree_lines(grabber, member, depth + 1)
+            yield from _tree_lines(grabber, member, depth + 1, read)
         else:
-            yield indent + _feature_line(grabber.feature(member.name))
+            read.append(grabber.feature(member.name))
+            yield indent + _feature_line(read[-1])
 
 
 def _feature_line(feature: Feature) -> str:

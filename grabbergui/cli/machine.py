@@ -17,8 +17,9 @@ from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.core.shared_folder import MEMORY
 from grabbergui.net.ros2 import shared_memory
-from grabbergui.setup import completion
+from grabbergui.setup import completion_scripts as completion
 from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, install_udev_rule, remove_udev_rule
+from grabbergui.setup.seen import Seen, somebody_types
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
@@ -54,8 +55,8 @@ def _list(options: argparse.Namespace) -> int:
         timeout, longer = _SEARCH_TIME, {sources.SourceKind.ROS2: _ROS2_TIME}
     with dies_of_signals(), passing_note("searching …"):
         found = sources.discover(timeout, longer)
-    if completion.somebody_types():
-        completion.Seen().keep_sources(info.uri for info in found)
+    if somebody_types():
+        Seen().keep_sources(info.uri for info in found)
     if options.json:
         print(json.dumps([info.as_dict() for info in found], indent=2))
         return 0

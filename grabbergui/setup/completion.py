@@ -6,128 +6,25 @@ commands nor numpy: `cli.reference` makes `resources/completion/commands.json` o
 The first line of an answer is a directive: `files` (complete file names), `nospace` (the word goes on) or
 `words`. Each further line is a word, with its meaning where the shell shows meanings.
 
-The sources and feature names that were seen last are kept in the user's cache, by commands that somebody
-types, never by services and scripts.
+Words may come from strangers: names of ports, cameras, features and files. `for_shell` leaves out what no
+shell shows as it is, and the rest enters a line quoted.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import re
-import shlex
 import sys
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grabbergui.core.environment import RESOURCES, cache_home, config_home, data_home
-from grabbergui.core.errors import UsageError
+from grabbergui.core.environment import RESOURCES
+from grabbergui.setup import bash_line
+from grabbergui.setup.completion_scripts import SHELLS
+from grabbergui.setup.seen import Seen
 
-# -- scripts of the shells -----------------------------------------------------------------------
-_BASH = """\
-# Completion of grabbergui for bash; written by `grabbergui setup completion`.
-_grabbergui() {
-    local reply
-    mapfile -t reply < <(PROGRAM --complete bash "${COMP_LINE:0:COMP_POINT}" "$COMP_WORDBREAKS" 2>/dev/null)
-    case ${reply[0]} in
-        files) compopt -o default ;;
-        nospace) compopt -o nospace ;;
-    esac
-    COMPREPLY=("${reply[@]:1}")
-}
-complete -F _grabbergui grabbergui
-"""
-_ZSH = """\
-#compdef grabbergui
-# Completion of grabbergui for zsh; written by `grabbergui setup completion`.
-_grabbergui() {
-    local -a reply
-    reply=("${(@f)$(PROGRAM --complete zsh "${(@Q)words[1,CURRENT]}" 2>/dev/null)}")
-    local directive=$reply[1]
-    shift reply
-    case $directive in
-        files) _files ;;
-        nospace) _describe grabbergui reply -S '' ;;
-        *) _describe grabbergui reply ;;
-    esac
-}
-if [ "$funcstack[1]" = "_grabbergui" ]; then
-    _grabbergui "$@"
-else
-    compdef _grabbergui grabbergui
-fi
-"""
-_FISH = """\
-# Completion of grabbergui for fish; written by `grabbergui setup completion`.
-function __grabbergui_words
-    set -l reply (PROGRAM --complete fish (commandline -opc) (commandline -ct) 2>/dev/null)
-    if test "$reply[1]" = files
-        __fish_complete_path (commandline -ct)
-    else
-        printf '%s\\n' $reply[2..-1]
-    end
-end
-complete -c grabbergui -f -a '(__grabbergui_words)'
-"""
-_SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
-SHELLS = tuple(_SCRIPTS)
-
-
-def script(shell: str, program: Sequence[str]) -> str:
-    """Return the script of a shell, one of SHELLS, that asks this program."""
-    return _SCRIPTS[shell].replace("PROGRAM", shlex.join(program))
-
-
-def script_file(shell: str, environment: Mapping[str, str] = os.environ) -> Path:
-    """Return where a shell looks for the user's completions; for zsh a folder that `advice` names."""
-    if shell == "bash":
-        return data_home(environment) / "bash-completion" / "completions" / "grabbergui"
-    if shell == "zsh":
-        return data_home(environment) / "zsh" / "site-functions" / "_grabbergui"
-    return config_home(environment) / "fish" / "completions" / "grabbergui.fish"
-
-
-def advice(shell: str, file: Path) -> str:
-    """Return what the user must still do."""
-    if shell == "bash":
-        return "takes effect in new shells, with the package bash-completion; without it, source the file"
-    if shell == "zsh":
-        return f"add to ~/.zshrc, before compinit: fpath=({shlex.quote(str(file.parent))} $fpath)"
-    return "takes effect in new shells"
-
-
-def login_shell(environment: Mapping[str, str] = os.environ) -> str:
-    """Return the user's shell, one of SHELLS. Raises UsageError for another one."""
-    name = Path(environment.get("SHELL", "")).name
-    if name not in SHELLS:
-        raise UsageError(
-            f"there is no completion for the shell '{name}'; choose one with --shell {'|'.join(SHELLS)}"
-        )
-    return name
-
-
-def install(shell: str, program: Sequence[str], environment: Mapping[str, str] = os.environ) -> Path:
-    """Write the script of a shell and return where it is. Raises OSError."""
-    file = script_file(shell, environment)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(script(shell, program), "utf-8")
-    return file
-
-
-def remove(shell: str, environment: Mapping[str, str] = os.environ) -> Path | None:
-    """Remove the script of a shell; return where it was, None where there was none. Raises OSError."""
-    file = script_file(shell, environment)
-    if not file.exists():
-        return None
-    file.unlink()
-    return file
-
-
-# -- words ---------------------------------------------------------------------------------------
 TABLE = RESOURCES / "completion" / "commands.json"
 """All commands with their arguments."""
 _FRESH = 60.0
@@ -155,6 +52,8 @@ class Completer:
     find_sources: Callable[[], Iterable[str]]
     feature_names: Callable[[str], Iterable[str]]
     "The names of a source's features."
+    values: Callable[[str, str], Iterable[str]]
+    "The values of a source's feature, if they are few."
 
     def answer(self, typed: Sequence[str]) -> Answer:
         """Return what can replace the last of the words typed after the program's name."""
@@ -212,8 +111,15 @@ class Completer:
         if kind == "feature":
             return _matching(dict.fromkeys(self.feature_names(source), ""), word)
         if kind == "assignment":
-            return _matching({f"{name}=": "" for name in self.feature_names(source)}, word, "nospace")
+            return self._assignment(word, source)
         return Answer({}, "files" if kind == "file" else "words")
+
+    def _assignment(self, word: str, source: str) -> Answer:
+        name, equals, _ = word.rpartition("=")
+        if not equals or name.count("[") > name.count("]"):  # selectors have equals signs of their own
+            return _matching({f"{name}=": "" for name in self.feature_names(source)}, word, "nospace")
+        values = self.values(source, name.partition("[")[0])
+        return _matching(dict.fromkeys((f"{name}={value}" for value in values), ""), word)
 
     def _sources(self, word: str) -> Answer:
         if word.startswith("file:"):
@@ -260,110 +166,21 @@ def _matching(words: dict[str, str], word: str, directive: str = "words") -> Ans
     return Answer({each: meaning for each, meaning in words.items() if each.startswith(word)}, directive)
 
 
-# -- what was seen -------------------------------------------------------------------------------
-_SIMULATED = Path(__file__).parents[1] / "driver" / "sim" / "camera.xml"
-_LISTED = re.compile(r"<pFeature>(\w+)</pFeature>")
-_CATEGORY = re.compile(r'<Category Name="(\w+)"')
-_MOST_CAMERAS = 20
-"""Cameras whose features are kept; those seen longest ago are dropped."""
+def for_shell(shell: str, found: Answer, line: bash_line.BashLine | None = None) -> str:
+    """Write an answer as a shell's script expects it; for bash, with the line that it enters.
 
-
-@dataclass
-class Seen:
-    """The cache of one user: sources and feature names of the last commands.
-
-    Losing the file costs nothing, so errors of reading and writing it are ignored.
-    """
-
-    file: Path = field(default_factory=lambda: cache_home() / "grabbergui" / "seen.json")
-    clock: Callable[[], float] = time.time
-
-    def sources(self, within: float) -> list[str] | None:
-        """Return the URIs of the last search; None if it is older than `within` seconds."""
-        entry = self._read().get("sources", {})
-        age = self.clock() - _number(entry.get("time") if isinstance(entry, dict) else None)
-        return _texts(entry.get("uris")) if 0 <= age <= within else None
-
-    def features(self, uri: str) -> list[str]:
-        """Return a source's feature names; the simulated camera's if that source was never open."""
-        features = self._read().get("features", {})
-        return (_texts(features.get(uri)) if isinstance(features, dict) else []) or simulated_features()
-
-    def keep_sources(self, uris: Iterable[str]) -> None:
-        """Remember the result of a search."""
-        self._write({**self._read(), "sources": {"time": self.clock(), "uris": list(uris)}})
-
-    def keep_features(self, uri: str, names: Iterable[str]) -> None:
-        """Remember a source's feature names."""
-        kept = self._read()
-        features = kept.get("features", {})
-        others = (
-            {each: names for each, names in features.items() if each != uri}
-            if isinstance(features, dict)
-            else {}
-        )
-        recent = dict(list(others.items())[-_MOST_CAMERAS + 1 :])
-        self._write({**kept, "features": {**recent, uri: list(names)}})
-
-    def _read(self) -> dict[str, Any]:
-        try:
-            kept = json.loads(self.file.read_text("utf-8"))
-        except (OSError, ValueError):
-            return {}
-        return kept if isinstance(kept, dict) else {}
-
-    def _write(self, kept: dict[str, Any]) -> None:
-        unfinished = self.file.with_name(f"{self.file.name}.{os.getpid()}")
-        with suppress(OSError):
-            self.file.parent.mkdir(parents=True, exist_ok=True)
-            unfinished.write_text(json.dumps(kept), "utf-8")
-            unfinished.replace(self.file)
-
-
-def somebody_types() -> bool:
-    """Return whether this command was typed into a terminal."""
-    return sys.stdin is not None and sys.stdin.isatty()
-
-
-def simulated_features() -> list[str]:
-    """Return the feature names of the simulated camera, most of which are SFNC's."""
-    description = _SIMULATED.read_text("utf-8")
-    return sorted(set(_LISTED.findall(description)) - set(_CATEGORY.findall(description)))
-
-
-def _texts(value: object) -> list[str]:
-    return [each for each in value if isinstance(each, str)] if isinstance(value, list) else []
-
-
-def _number(value: object) -> float:
-    return float(value) if isinstance(value, int | float) else 0.0
-
-
-# -- answers to the shells -----------------------------------------------------------------------
-def typed_in_bash(line: str) -> list[str]:
-    """Split bash's line up to the cursor, where a quotation may still be open; drop the program's name."""
-    if not line or line[-1].isspace():
-        line += "''"
-    for ending in ("", "'", '"'):
-        try:
-            return shlex.split(line + ending)[1:]
-        except ValueError:
-            continue
-    return [""]
-
-
-def for_shell(shell: str, found: Answer, word: str, breaks: str = "") -> str:
-    """Write an answer as a shell's script expects it.
-
-    Bash replaces only the part of `word` behind the last of the characters `breaks`, its COMP_WORDBREAKS. Zsh
-    wants colons in words escaped, and meanings behind one.
+    Words with characters that are not printable are left out: a shell would show them raw, and a newline
+    would end the word. Zsh wants colons in words escaped, and meanings behind one.
     """
     lines = [found.directive]
     for each, meaning in found.words.items():
-        short = meaning.replace("\n", " ")
-        if shell == "bash":
-            cut = max((word.rfind(sign) for sign in ":=" if sign in breaks), default=-1) + 1
-            lines.append(each[cut:])
+        short = " ".join(meaning.split())
+        if not each.isprintable():
+            continue
+        if line is not None:
+            inserted = line.inserted(each)
+            if inserted is not None:
+                lines.append(inserted)
         elif shell == "zsh":
             escaped = each.replace("\\", "\\\\").replace(":", "\\:")
             lines.append(f"{escaped}:{short}" if short else escaped)
@@ -378,11 +195,12 @@ def main(arguments: Sequence[str]) -> int:
     if shell not in SHELLS or not rest:
         print(f"grabbergui: --complete is for the scripts of {', '.join(SHELLS)}", file=sys.stderr)
         return 2
-    typed = typed_in_bash(rest[0]) if shell == "bash" else list(rest[1:])
+    line = bash_line.BashLine.parse(rest[0], "".join(rest[1:])) if shell == "bash" else None
+    typed = list(line.words) if line is not None else rest[1:]
     seen = Seen()
     table = json.loads(TABLE.read_text("utf-8"))
-    found = Completer(table, lambda: _find(seen), seen.features).answer(typed)
-    print(for_shell(shell, found, (typed or [""])[-1], rest[1] if shell == "bash" and len(rest) > 1 else ""))
+    found = Completer(table, lambda: _find(seen), seen.features, seen.values).answer(typed)
+    print(for_shell(shell, found, line))
     return 0
 
 

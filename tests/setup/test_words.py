@@ -6,15 +6,9 @@ import sys
 
 import pytest
 
-from grabbergui.setup.completion import (
-    TABLE,
-    Completer,
-    Seen,
-    for_shell,
-    main,
-    simulated_features,
-    typed_in_bash,
-)
+from grabbergui.setup.bash_line import BashLine
+from grabbergui.setup.completion import TABLE, Answer, Completer, for_shell, main
+from grabbergui.setup.seen import simulated_values
 from patience import PROGRAM
 
 FOUND = ["gige:192.168.0.10", "u3v:SN1"]
@@ -24,7 +18,8 @@ FOUND = ["gige:192.168.0.10", "u3v:SN1"]
 def completer():
     names = {"gige:GV01": ["GainRaw", "ExposureTimeAbs"]}
     table = json.loads(TABLE.read_text("utf-8"))
-    return Completer(table, lambda: FOUND, lambda uri: names.get(uri, ["ExposureTime", "Gain"]))
+    values = lambda uri, name: simulated_values().get(name, [])  # noqa: E731
+    return Completer(table, lambda: FOUND, lambda uri: names.get(uri, ["ExposureTime", "Gain"]), values)
 
 
 @pytest.mark.parametrize(
@@ -40,6 +35,17 @@ def completer():
         ("get gige:GV01 Exp", ["ExposureTimeAbs"]),
         ("get gige:GV01 GainRaw Exp", ["ExposureTimeAbs"]),
         ("set sim: Ga", ["Gain="]),
+        ("set sim: ExposureAuto=", ["ExposureAuto=Off", "ExposureAuto=Once", "ExposureAuto=Continuous"]),
+        ("set sim: Gain=1 ExposureAuto=O", ["ExposureAuto=Off", "ExposureAuto=Once"]),
+        (
+            "set sim: TriggerMode[TriggerSelector=FrameStart]=O",
+            [
+                "TriggerMode[TriggerSelector=FrameStart]=Off",
+                "TriggerMode[TriggerSelector=FrameStart]=On",
+            ],
+        ),
+        ("set sim: TriggerMode[TriggerSelector=", []),
+        ("set sim: Gain=", []),
         ("run sim: Gain", ["Gain"]),
         ("gui --theme l", ["light"]),
         ("gui --theme=l", ["--theme=light"]),
@@ -85,14 +91,8 @@ def test_paths_behind_file_are_completed(completer, tmp_path, monkeypatch):
     assert not completer.answer(["file:/no/such/folder/"]).words
 
 
-def test_bash_gets_what_follows_its_word_breaks(completer):
-    found = completer.answer(["gige:"])
-    assert for_shell("bash", found, "gige:", " \t\n\"'><=;|&(:").splitlines() == ["words", "", "192.168.0.10"]
-    assert for_shell("bash", found, "gige:", " ").splitlines() == ["words", "gige:", "gige:192.168.0.10"]
-
-
-def test_zsh_gets_colons_escaped(completer):
-    assert "gige\\:192.168.0.10:found" in for_shell("zsh", completer.answer(["gige:"]), "").splitlines()
+BREAKS = " \t\n\"'@><=;|&(:"
+"""COMP_WORDBREAKS of bash as it comes."""
 
 
 @pytest.mark.parametrize(
@@ -103,10 +103,47 @@ def test_zsh_gets_colons_escaped(completer):
         ("grabbergui get 'sim:", ["get", "sim:"]),
         ("grabbergui get sim: ", ["get", "sim:", ""]),
         ('grabbergui get "', ["get", ""]),
+        (r"grabbergui get yarp:/a\ b\;c", ["get", "yarp:/a b;c"]),
+        ("grabbergui get 'a\\b'\"c\\d\\$\"", ["get", "a\\bc\\d$"]),
+        ("grabbergui get '' x", ["get", "", "x"]),
+        ("grabbergui get \\", ["get", ""]),
     ],
 )
 def test_an_unfinished_line_of_bash_is_split(line, words):
-    assert typed_in_bash(line) == words
+    assert list(BashLine.parse(line).words) == words
+
+
+@pytest.mark.parametrize(
+    ("line", "breaks", "inserted"),
+    [
+        ("g get gige:", BREAKS, ["", "192.168.0.10"]),
+        ("g get gige:", " ", ["gige:", "gige:192.168.0.10"]),
+        ("g get 'gige:1", BREAKS, ["gige:", "gige:192.168.0.10"]),
+        ("g get gige:'1", BREAKS, ["", "192.168.0.10"]),
+        (r"g get gige\:1", BREAKS, ["gige:", "gige:192.168.0.10"]),
+    ],
+)
+def test_bash_gets_what_follows_its_word_breaks(line, breaks, inserted):
+    found = Answer({"gige:": "", "gige:192.168.0.10": ""})
+    assert for_shell("bash", found, BashLine.parse(line, breaks)).splitlines() == ["words", *inserted]
+
+
+def test_a_word_that_bash_cannot_quote_is_left_out():
+    assert BashLine.parse('g "').inserted("a!b") is None
+    assert BashLine.parse("g ").inserted("a!b") == r"a\!b"
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_what_no_shell_shows_as_it_is_is_left_out(shell):
+    found = Answer(
+        dict.fromkeys(["a\nb", "a\x1b[31m", "a\x07", "a\x9b", "a\u202e", "a\u200b", "a\udc80", "ab"], "")
+    )
+    line = BashLine.parse("g a") if shell == "bash" else None
+    assert for_shell(shell, found, line).splitlines() == ["words", "ab"]
+
+
+def test_zsh_gets_colons_escaped(completer):
+    assert "gige\\:192.168.0.10:found" in for_shell("zsh", completer.answer(["gige:"])).splitlines()
 
 
 def test_an_unknown_shell_is_refused(capsys):
@@ -123,50 +160,3 @@ def test_commands_are_completed_without_the_imports_of_the_commands():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PROGRAM)
     assert done.stdout.splitlines()[:2] == ["words", "record\trecord frames; play them back with file:PATH"]
     assert done.stdout.splitlines()[-1] == "[]"
-
-
-# -- what was seen ---------------------------------------------------------------------------------
-def test_sources_are_kept_for_a_while(tmp_path):
-    now = [1000.0]
-    seen = Seen(tmp_path / "below" / "seen.json", lambda: now[0])
-    assert seen.sources(60) is None
-    seen.keep_sources(FOUND)
-    assert seen.sources(60) == FOUND
-    now[0] += 61
-    assert seen.sources(60) is None
-
-
-def test_features_are_those_of_the_source_or_of_the_simulated_camera(tmp_path):
-    seen = Seen(tmp_path / "seen.json")
-    seen.keep_features("gige:GV01", ["GainRaw"])
-    seen.keep_sources(FOUND)
-    assert seen.features("gige:GV01") == ["GainRaw"]
-    assert seen.features("gige:GV02") == simulated_features()
-    assert {"ExposureTime", "Gain", "TriggerSoftware"} <= set(simulated_features())
-
-
-def test_no_more_than_twenty_cameras_are_kept(tmp_path):
-    seen = Seen(tmp_path / "seen.json")
-    for number in range(25):
-        seen.keep_features(f"gige:{number}", [f"Feature{number}"])
-    kept = json.loads(seen.file.read_text())["features"]
-    assert list(kept) == [f"gige:{number}" for number in range(5, 25)]
-
-
-@pytest.mark.parametrize(
-    "content", ["", "[]", "{", '{"sources": 3, "features": []}', '{"features": {"a": 1}}']
-)
-def test_a_damaged_file_is_as_none(tmp_path, content):
-    seen = Seen(tmp_path / "seen.json")
-    seen.file.write_text(content)
-    assert seen.sources(60) is None
-    assert seen.features("a") == simulated_features()
-    seen.keep_features("a", ["Gain"])
-    assert seen.features("a") == ["Gain"]
-
-
-def test_a_folder_that_cannot_be_written_is_no_failure(tmp_path):
-    (tmp_path / "file").touch()
-    seen = Seen(tmp_path / "file" / "seen.json")
-    seen.keep_sources(FOUND)
-    assert seen.sources(60) is None
