@@ -24,7 +24,6 @@ from grabbergui.core.errors import FrameTimeoutError
 ARAVIS = "arv-camera-test-0.8"
 SYSTEM_PYTHON = "/usr/bin/python3"
 "The Python that has PyGObject and Aravis's bindings, if they are installed."
-SOCKETS = "ours, packet_ring=0"
 FRAME_TIMEOUT = 0.5
 STOCK_RECEIVE_BUFFER = 212_992
 "`net.core.rmem_max` as Linux has it."
@@ -153,7 +152,6 @@ def receive_viva(packet_size: int, seconds: float) -> Run:
 
 IN_CHILD: dict[str, Receiver] = {
     "ours": receive_ours,
-    SOCKETS: functools.partial(receive_ours, options="&packet_ring=0"),
     "window": receive_in_window,
     "viva-genicam": receive_viva,
 }

@@ -18,7 +18,6 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from pathlib import Path
 
 from benchmarks import _document
 from benchmarks._gige_camera import (
@@ -40,20 +39,18 @@ from grabbergui.net.yarp.os.ports import InputPort
 
 PORT = "/benchmark/camera"
 PACKET_SIZE = 1400
-OURS, SOCKETS, THEIRS = "grabbergui serve", "grabbergui serve, packet_ring=0", "AravisCamera"
+OURS, THEIRS = "grabbergui serve", "AravisCamera"
 RAW = ("--capabilities", "RAW")
 SOURCE = f"gige:{ADDRESS}?packet_size={PACKET_SIZE}"
 SERVE = (sys.executable, "-m", "grabbergui", "serve", "--yarp", PORT, *RAW)
 COMMANDS = {
     OURS: [*SERVE, SOURCE],
-    SOCKETS: [*SERVE, f"{SOURCE}&packet_ring=0"],
     THEIRS: [
         *("yarpdev", "--device", "deviceBundler", "--wrapper_device", "frameGrabber_nws_yarp"),
         *("--attached_device", THEIRS, "--name", PORT, "--period", "0.005", *RAW),
     ],
 }
 CAMERA = Conditions(GIGABIT, segmentation=False, counted=True)
-CAP_NET_RAW = 13
 PATIENCE = 20.0
 "Seconds that a server has to start."
 SETTLING = 2.0
@@ -67,9 +64,8 @@ alone, kernel included."""
 READING = [
     "*latency*: from the moment the last payload packet leaves the camera to the image in the reader's "
     "hands.",
-    "Both receive through the ring of a packet socket if they may (CAP_NET_RAW), ours unless "
-    "`packet_ring=0` is set: the kernel then copies packets in the sender's time, which does not count as "
-    "the server's. In this run they {raw}.",
+    "AravisCamera receives through the ring of a packet socket if it may (CAP_NET_RAW): the kernel then "
+    "copies packets in the sender's time, which does not count as the server's.",
 ]
 
 
@@ -103,8 +99,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args(arguments)
     before = machine()
-    raw = may_open_packet_sockets()
-    servers = [OURS, *([SOCKETS] if raw else []), *([THEIRS] if has_aravis_camera() else [])]
+    servers = [OURS, *([THEIRS] if has_aravis_camera() else [])]
     runs: dict[str, list[Run]] = {server: [] for server in servers}
     with name_server() as names:
         for _ in range(options.rounds):
@@ -131,7 +126,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         method,
         [Table(HEADER, rows(runs))],
         goals=goals(runs),
-        reading=[point.format(raw="could" if raw else "could not") for point in READING],
+        reading=READING,
         machine=before,
         lacking="" if there else "AravisCamera",
     )
@@ -205,13 +200,6 @@ def has_aravis_camera() -> bool:
         return False
     listed = subprocess.run(["yarpdev", "--list"], capture_output=True, text=True, check=False)
     return f'"{THEIRS}"' in listed.stdout + listed.stderr
-
-
-def may_open_packet_sockets() -> bool:
-    """Return whether this process, and so its children, has CAP_NET_RAW."""
-    lines = Path("/proc/self/status").read_text().splitlines()
-    effective = next(int(line.split()[1], 16) for line in lines if line.startswith("CapEff"))
-    return bool(effective >> CAP_NET_RAW & 1)
 
 
 # -- the section ------------------------------------------------------------------------------------

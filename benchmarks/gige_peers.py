@@ -9,7 +9,6 @@ runs each, of which the median counts. Compare figures within one table only.
 from __future__ import annotations
 
 import argparse
-import functools
 import statistics
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +24,6 @@ from benchmarks._gige_camera import (
     camera_process,
 )
 from benchmarks._gige_receivers import (
-    SOCKETS,
     Receiver,
     ReceiverError,
     Run,
@@ -46,8 +44,7 @@ included.
 
 The camera lets the kernel cut packets out of large sends (UDP segmentation), and this driver lets the kernel
 join consecutive packets (UDP_GRO): on the loopback they are never taken apart in between. A network card's
-packets are joined if its driver supports that; if not, the rows *sent singly* apply. This driver receives
-those through a packet ring if the process may open one, and with `packet_ring=0` by system calls."""
+packets are joined if its driver supports that; if not, the rows *sent singly* apply."""
 READING = [
     "*incomplete*: frames that began, or that are missing from the sequence of ids, and were not "
     "completed. At full speed the camera does not wait for a receiver.",
@@ -257,7 +254,7 @@ def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal
 
 
 def singly_goal(results: Results) -> list[Goal]:
-    """Judge the cost of packets sent singly, received through a packet ring if this process may open one."""
+    """Judge the cost of packets sent singly."""
     asked = f"at most {MOST_COST} CPU s/GB: packets of 1400 bytes, sent singly"
     spent = median(results["ours"], cost)
     return [Goal(asked, f"{spent:.2f} s/GB", spent <= MOST_COST)]
@@ -320,8 +317,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     before = machine()
     found = {}
     for case in CASES:
-        others = {SOCKETS: functools.partial(in_child, SOCKETS)} if case is SINGLY else {}
-        found[case] = compare(case, options.seconds, options.runs, receivers() | others)
+        found[case] = compare(case, options.seconds, options.runs, receivers())
         print(_document.table(rates_table({case: found[case]})), flush=True)
     losses = {}
     for loss in LOSSES:

@@ -23,10 +23,11 @@ from grabbergui.core.frame import Frame
 from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.batches import BatchSource
+from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.channel import make_pool
+from grabbergui.driver.gige.stream.datagram_source import PlainSource
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.receiver import PlainSource, StreamReceiver
+from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.recvmmsg import IOVEC, MMSGHDR
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 from grabbergui.driver.gige.stream.sockets import buffer_bytes, open_stream_socket

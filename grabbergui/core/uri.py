@@ -180,16 +180,6 @@ class GigeUriOptions:
         "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
     )
     plain: bool = _option(False, "0|1", "use one system call per packet, for comparison", _switch)
-    packet_ring: str = _option(
-        "auto",
-        "auto|0|1",
-        "receive packets without system calls, as the kernel writes them into shared memory. Needs about two "
-        "thirds of the CPU time if packets arrive singly. Requires CAP_NET_RAW (root, or "
-        "`setcap cap_net_raw+ep`) on Linux, x86-64; a firewall on this computer does not filter the packets. "
-        "`auto` uses it if it is permitted and suits the packets, `1` warns if it is not permitted, and `0` "
-        "never uses it",
-        _auto_or_switch,
-    )
     registers: str = _option(
         "auto",
         "auto|memory|numbers",

@@ -48,7 +48,6 @@ from grabbergui.driver.gige.stream.channel import (
     chosen_channels,
     tick_frequency,
 )
-from grabbergui.driver.gige.stream.packet_ring import RingUse
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
@@ -134,8 +133,6 @@ class GigeDevice(Device):
         """Close stream, events and connection, and release control. May be called twice."""
         link, memory = self._link, self._memory
         self.close_stream()
-        if self._stream is not None:
-            self._stream.free()
         messages, self._messages = self._messages, None
         if messages is not None:
             if link is not None and link.lost is None:
@@ -319,7 +316,6 @@ def create(uri: SourceUri) -> FrameGrabber:
         packet_delay=PacketDelayPolicy.parse(chosen.packet_delay, chosen.bandwidth),
         stream_channel=_channel(uri, chosen.stream_channel),
         multicast=_checked_group(uri, chosen.multicast),
-        packet_ring=RingUse(chosen.packet_ring),
         registers=chosen.registers,
         batched=not chosen.plain,
     )

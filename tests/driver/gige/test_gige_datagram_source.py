@@ -14,11 +14,11 @@ import pytest
 from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_image
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.stream import batches, recvmmsg
+from grabbergui.driver.gige.stream import batch_source, recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
+from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.in_place import Received
-from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.sockets import Waits
 from patience import PATIENCE, attempts
 
@@ -26,7 +26,7 @@ DEVICE = "127.0.0.7"
 UDP_SEGMENT = 103
 
 
-class InPlaceSource(batches.BatchSource):
+class InPlaceSource(batch_source.BatchSource):
     """Receives in place whatever it can, whether joined or not, and also after packets out of order."""
 
     def _can_receive_in_place(self, assembler: BlockAssembler, now: float) -> bool:
@@ -36,7 +36,7 @@ class InPlaceSource(batches.BatchSource):
 linux_only = pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's")
 SOURCES = [
     PlainSource,
-    pytest.param(batches.BatchSource, marks=linux_only),
+    pytest.param(batch_source.BatchSource, marks=linux_only),
     pytest.param(InPlaceSource, marks=linux_only),
 ]
 
@@ -120,7 +120,7 @@ def test_gaps_doubles_and_late_packets_land_where_they_belong(wire: Wire, seed: 
 
 
 @linux_only
-@pytest.mark.parametrize("kind", [batches.BatchSource, InPlaceSource])
+@pytest.mark.parametrize("kind", [batch_source.BatchSource, InPlaceSource])
 @pytest.mark.parametrize("extended", [False, True])
 @pytest.mark.parametrize("seed", range(5))
 def test_packets_that_the_kernel_joined_are_taken_apart(
@@ -237,17 +237,17 @@ def test_packets_without_a_known_place_are_read_many_at_a_time(monkeypatch: pyte
         wire.send([*payload, leader])
         (done,) = wire.drain(bench, len(payload) + 1)
     assert is_image(done)
-    assert reads.count(1) == batches.SHORT_DATAGRAMS and len(reads) < 10
+    assert reads.count(1) == batch_source.SHORT_DATAGRAMS and len(reads) < 10
 
 
 @linux_only
 def test_a_stream_out_of_order_is_not_received_in_place_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(batches, "LONG", STRIDE)
-    monkeypatch.setattr(batches, "LARGE", SIZE)
+    monkeypatch.setattr(batch_source, "LONG", STRIDE)
+    monkeypatch.setattr(batch_source, "LARGE", SIZE)
     bench = Bench(buffers=40, initial_wait=60.0, max_blocks=20)
     reads: list[int] = []
     with ExitStack() as stack:
-        wire = Wire(stack, batches.BatchSource)
+        wire = Wire(stack, batch_source.BatchSource)
         reader = wire.source._in_place  # type: ignore[attr-defined]
         read = reader.receive
 
@@ -307,11 +307,11 @@ def test_behind_packets_that_never_end_what_waits_is_skipped(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(recvmmsg, "SLOTS", 4)
-    monkeypatch.setattr(batches, "BATCHES", 1)
-    monkeypatch.setattr(batches, "OVERRUN", 0.0)
+    monkeypatch.setattr(batch_source, "BATCHES", 1)
+    monkeypatch.setattr(batch_source, "OVERRUN", 0.0)
     bench = Bench(max_blocks=1)
     with ExitStack() as stack:
-        wire = Wire(stack, batches.BatchSource)
+        wire = Wire(stack, batch_source.BatchSource)
         wire.send([datagram for block_id in range(1, 9) for datagram in block(block_id)[:3]])
         while not bench.statistics.incomplete:
             wire.source.receive(bench.assembler, 0.0)

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from in_namespace import EXPOSURE, MANY
 
-from patience import PATIENCE, TRIES, allowance, until
+from patience import PATIENCE, TRIES, allowance
 
 HERE = Path(__file__).parent
 CAMERA, HOST = "10.77.0.1", "10.77.0.2"
@@ -215,56 +215,3 @@ def pull_cable(network: Network, host: Host) -> tuple[float, float]:
     back = time.monotonic()
     first = host.wait_for("frame")
     return lost["at"] - pulled, first["at"] - back
-
-
-# -- the packet ring ---------------------------------------------------------------------------------
-SECOND_CAMERA, SECOND_HOST, SECOND_DEVICE = "10.78.0.1", "10.78.0.2", "eth1"
-
-
-class RingHost:
-    """A program that streams through packet rings, and what it reports of each camera."""
-
-    def __init__(self, network: Network, *uris: str) -> None:
-        script = str(HERE / "ring_in_namespace.py")
-        self._process = network.programs.start(network.host, script, *uris, GRABBERGUI_INTERFACES="")
-        self.wait_for_frames()
-
-    def ask(self) -> list[dict[str, Any]]:
-        assert self._process.stdin is not None and self._process.stdout is not None
-        print(file=self._process.stdin, flush=True)
-        found: list[dict[str, Any]] = json.loads(self._process.stdout.readline())
-        return found
-
-    def wait_for_frames(self) -> None:
-        """Of all cameras, five each."""
-        before = [camera["frames"] for camera in self.ask()]
-        until(lambda: all(camera["frames"] > old + 5 for camera, old in zip(self.ask(), before, strict=True)))
-
-    def all_by_ring(self) -> bool:
-        return all(camera["ring"] for camera in self.ask())
-
-
-def test_two_cameras_on_two_cables_keep_their_packet_rings(network: Network) -> None:
-    """One cable is pulled for less than the heartbeat allows, and its interface is replaced by another."""
-    network.join()
-    network.join(SECOND_DEVICE, SECOND_CAMERA, SECOND_HOST)
-    for device, camera in ((network.device, CAMERA), (SECOND_DEVICE, SECOND_CAMERA)):
-        network.start_camera("sim:?width=320&height=240&fps=30", camera, device)
-    host = RingHost(network, f"gige:{CAMERA}", f"gige:{SECOND_CAMERA}")
-    assert host.all_by_ring()
-    network.set_link("down")
-    network.set_link("up")
-    host.wait_for_frames()
-    run("ip", "-n", network.host, "link", "del", SECOND_DEVICE)
-    network.join("eth2", SECOND_CAMERA, SECOND_HOST)
-    host.wait_for_frames()
-    assert host.all_by_ring()
-
-
-def test_two_cameras_on_one_cable_share_it_with_a_ring_each(network: Network) -> None:
-    network.join()
-    run("ip", "-n", network.camera, "addr", "add", "10.77.0.3/24", "dev", network.device)
-    network.start_camera("sim:?width=320&height=240&fps=30", CAMERA)
-    network.start_camera("sim:?width=320&height=240&fps=30", "10.77.0.3")
-    host = RingHost(network, f"gige:{CAMERA}", "gige:10.77.0.3")
-    assert host.all_by_ring()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream import sockets
-from grabbergui.driver.gige.stream.batches import BatchSource
+from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.sockets import MEMBERS, buffer_bytes, stretch_bits, widen
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="sockets that share a port are Linux's")

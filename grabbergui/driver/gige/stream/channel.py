@@ -34,11 +34,12 @@ from grabbergui.driver.gige.bootstrap import (
 )
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.discovery import Interface
-from grabbergui.driver.gige.stream import batches, recvmmsg
+from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.block import LEAST_STRIDE
+from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.packet_ring import PacketRing, RingUse, usable
 from grabbergui.driver.gige.stream.packet_settings import (
     SMALLEST,
     PacketDelayPolicy,
@@ -46,9 +47,8 @@ from grabbergui.driver.gige.stream.packet_settings import (
     PacketSizer,
     settle_delay,
 )
-from grabbergui.driver.gige.stream.receiver import DatagramSource, PlainSource, StreamReceiver
+from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy
-from grabbergui.driver.gige.stream.ring_memory import SpareRing
 from grabbergui.driver.gige.stream.sockets import (
     buffer_bytes,
     is_multicast,
@@ -81,8 +81,6 @@ class GigeOptions:
     "Index of the stream channel to receive, or `ALL_CHANNELS`."
     batched: bool = True
     "Receive many datagrams in one system call, if the system supports it."
-    packet_ring: RingUse = RingUse.AUTO
-    "Receive packets without system calls, if we may open packet sockets; see `stream.packet_ring`."
     registers: str = "auto"
     "How registers of four bytes are accessed: `auto`, `memory` or `numbers`; see `quirks`."
     search_timeout: float = 1.0
@@ -111,9 +109,6 @@ class Stream:
         self._big_endian = False
         "Byte order of the pixels that the camera sends."
         self._receiver: StreamReceiver | None = None
-        self._ring: PacketRing | None = None
-        "That of the current or the last stream, if it had one."
-        self._spare_ring = SpareRing()
         self._statistics = StreamStatistics()
         self.port = 0
         "The host's UDP port that frames arrive at; 0 before the stream was first opened."
@@ -168,10 +163,6 @@ class Stream:
                 log.info("closing the stream channel: %s", error)
         receiver.stop()
         self._statistics = replace(receiver.statistics(), frame_rate=0.0, bandwidth=0.0)
-
-    def free(self) -> None:
-        """Free what `close` kept for the next stream."""
-        self._spare_ring.free()
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the current or the last stream. Any thread."""
@@ -256,39 +247,10 @@ class Stream:
         options = self._options
         if not options.batched or not recvmmsg.available():
             return PlainSource(receiver, self._device_ip)
-        unsuitable = self._ring is not None and self._ring.unsuitable
-        if options.packet_ring is not RingUse.NEVER and not unsuitable:
-            self._ring = self._open_ring(receiver, payload_size)
-            if self._ring is not None:
-                return self._ring
-        return self._open_batches(receiver, payload_size)
-
-    def _open_batches(self, receiver: socket.socket, payload_size: int) -> batches.BatchSource:
         # A datagram to a multicast group would arrive at each of the sockets.
         alone = self._memory.writable and not self._options.multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
-        return batches.BatchSource(receiver, self._device_ip, more)
-
-    def _open_ring(self, receiver: socket.socket, payload_size: int) -> PacketRing | None:
-        """Return None if this process or machine cannot have one; log a warning if it was asked for."""
-        try:
-            if usable(self._interface, self.packet_size):
-                return PacketRing(
-                    receiver,
-                    self._device_ip,
-                    lambda: self._open_batches(receiver, payload_size),
-                    self._spare_ring,
-                    packet_size=self.packet_size,
-                    wanted=wanted_bytes(payload_size),
-                )
-            reason = "it needs Linux on x86-64 and packets no larger than the interface's"
-        except PermissionError as error:
-            reason = f"{error.strerror}; it needs CAP_NET_RAW"
-        except OSError as error:  # the kernel has no memory for it
-            reason = str(error)
-        level = logging.WARNING if self._options.packet_ring is RingUse.ALWAYS else logging.DEBUG
-        log.log(level, "packets are received by system calls, not through a packet ring: %s", reason)
-        return None
+        return BatchSource(receiver, self._device_ip, more)
 
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
         """Return the policy, limited to what the camera can do and the buffers hold."""
@@ -357,11 +319,6 @@ class Streams:
         """Close every channel and stop receiving. May be called twice; never raises."""
         for channel in self.channels:
             channel.close()
-
-    def free(self) -> None:
-        """Free what `close` kept for the next stream."""
-        for channel in self.channels:
-            channel.free()
 
     def statistics(self) -> StreamStatistics:
         """Return a snapshot of the sums of all channels. Any thread."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from grabbergui.driver.gige.bootstrap import ip_number
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.receiver import MAX_DATAGRAM
+from grabbergui.driver.gige.stream.datagram_source import MAX_DATAGRAM
 
 SLOTS = 512
 "Datagrams a call, at most."
@@ -27,6 +27,8 @@ BATCH_BYTES = 2 << 20
 "Of all slots together: with fewer, calls cost more than copies; more do not fit the processor's cache."
 USUAL_DATAGRAM = 1500
 SHORTEST_SLOT = 64
+FEW = 6
+"Datagrams that are looked at one by one: for more, arrays cost less."
 SHRINK_AFTER = 512
 "Datagrams shorter than a slot, in a row, after which slots are made smaller."
 UDP_GRO = 104
@@ -153,8 +155,8 @@ class MessageSlots:
 
     def stretches(self, received: int) -> list[Stretch]:
         """Divide the first `received` slots into stretches."""
-        if received == 1:
-            return [self._first()]
+        if received <= FEW:
+            return [self._single(slot) for slot in range(received)]
         kinds = self._lengths[:received].astype(np.int64)
         joined = self._control_lengths[:received] != 0
         if joined.any():
@@ -172,12 +174,13 @@ class MessageSlots:
                 found.append(stretch)
         return found
 
-    def _first(self) -> Stretch:
-        """Return the first slot as a stretch, which for one is several times faster without arrays."""
-        length = int(self._lengths[0])
-        if self._sources[0] != self._device_ip:
-            return Stretch(0, 1, FOREIGN, 0)
-        return Stretch(0, 1, length, int(self._packet_lengths[0]) if self._control_lengths[0] else length)
+    def _single(self, slot: int) -> Stretch:
+        """Return one slot as a stretch, without arrays."""
+        length = self._lengths.item(slot)
+        if self._sources.item(slot) != self._device_ip:
+            return Stretch(slot, slot + 1, FOREIGN, 0)
+        joined = self._packet_lengths.item(slot) if self._control_lengths.item(slot) else length
+        return Stretch(slot, slot + 1, length, joined)
 
     def _stretch(self, begin: int, end: int, kind: int) -> Stretch:
         if kind == FOREIGN:

@@ -6,10 +6,6 @@ system has.
 An unprivileged socket buffers 208 KiB on a stock system, less than two milliseconds of gigabit Ethernet. On
 Linux each socket of a shared port (SO_REUSEPORT) has that much, and a short classic BPF program distributes
 the packets: by packet_id, consecutive stretches alternate between the sockets.
-
-The kernel runs such programs on packets also to choose which enter a packet ring, and which the UDP socket
-(`packet(7)`, SO_ATTACH_FILTER). Their offsets count from the IP header in a packet socket, and from the UDP
-header in a UDP socket.
 """
 
 from __future__ import annotations
@@ -23,11 +19,9 @@ import struct
 import sys
 import threading
 from collections.abc import Callable, Iterable
-from typing import Final
 
 from grabbergui.core.errors import ResourceExhaustedError, TransportError
-from grabbergui.driver.gige.bootstrap import ip_number
-from grabbergui.driver.gige.gvsp import EXTENDED_BIT, PacketFormat
+from grabbergui.driver.gige.gvsp import EXTENDED_BIT
 
 log = logging.getLogger(__name__)
 
@@ -179,13 +173,13 @@ def readable(sockets: Iterable[socket.socket], timeout: float) -> list[socket.so
 
 
 # -- programs that the kernel runs on packets ----------------------------------------------------
-SO_ATTACH_FILTER, SO_DETACH_FILTER, SO_ATTACH_REUSEPORT_CBPF = 26, 27, 51
-"Options of a Linux socket; the socket module does not name them."
+SO_ATTACH_REUSEPORT_CBPF = 51
+"Option of a Linux socket; the socket module does not name it."
 Instruction = tuple[int, int, int, int]
 "Code, instructions to skip if true and if false, value."
-_LOAD_BYTE, _LOAD_HALF, _LOAD_WORD = 0x30, 0x28, 0x20
-_JUMP, _EQUAL, _GREATER, _ANY_BIT = 0x05, 0x15, 0x25, 0x45
-_SHIFT_RIGHT, _AND, _RETURN, _RETURN_CHOSEN = 0x74, 0x54, 0x06, 0x16
+_LOAD_BYTE, _LOAD_WORD = 0x30, 0x20
+_JUMP, _ANY_BIT = 0x05, 0x45
+_SHIFT_RIGHT, _AND, _RETURN_CHOSEN = 0x74, 0x54, 0x16
 
 MEMBERS = 32
 "Sockets at one port, a power of two."
@@ -238,64 +232,6 @@ def distribution(bits: int) -> list[Instruction]:
         (_AND, 0, 0, MEMBERS - 1),
         (_RETURN_CHOSEN, 0, 0, 0),
     ]
-
-
-_UDP_HEADER = 8
-"Bytes. A filter of a UDP socket sees it before the stream packet."
-NOTHING: Final[list[Instruction]] = [(_RETURN, 0, 0, 0)]
-"Admits no packet."
-TRAILERS: Final[list[Instruction]] = [
-    (_LOAD_BYTE, 0, 0, _UDP_HEADER + FORMAT_AT),
-    (_AND, 0, 0, 0xFF ^ EXTENDED_BIT),
-    (_EQUAL, 0, 1, PacketFormat.TRAILER),
-    (_RETURN, 0, 0, 0xFFFF),
-    *NOTHING,
-]
-"Admits the last packets of blocks. In a UDP socket."
-_PACKET_TYPE = 0xFFFFF004
-"SKF_AD_OFF + SKF_AD_PKTTYPE, which is not in the packet."
-_TO_GROUP = 2
-"""PACKET_MULTICAST. Lower types are to this host and broadcast; higher ones to other hosts (a promiscuous
-interface sees them) and outgoing: on the loopback each packet passes twice."""
-_PLAIN_HEADER = 0x45
-"IPv4 without options."
-_FRAGMENT = 0x3FFF
-"More fragments follow, or the offset is not 0."
-
-
-def stream_filter(device_ip: str, local_ip: str, port: int) -> list[Instruction]:
-    """Return a filter that admits UDP packets from a device to a port of ours, and what hides such packets.
-
-    Of fragments only the first has a port, and IP options move it: those from the device are admitted
-    whatever their port, so that a ring sees that it cannot read them.
-    """
-    device, local = map(ip_number, (device_ip, local_ip))
-    refuse, admit, following = "refuse", "admit", "following"
-    checks = [
-        (_LOAD_BYTE, _PACKET_TYPE, _GREATER, _TO_GROUP, refuse, following),
-        (_LOAD_WORD, 12, _EQUAL, device, following, refuse),
-        (_LOAD_WORD, 16, _EQUAL, local, following, refuse),
-        (_LOAD_BYTE, 9, _EQUAL, socket.IPPROTO_UDP, following, refuse),
-        (_LOAD_BYTE, 0, _EQUAL, _PLAIN_HEADER, following, admit),
-        (_LOAD_HALF, 6, _ANY_BIT, _FRAGMENT, admit, following),
-        (_LOAD_HALF, 22, _EQUAL, port, admit, refuse),
-    ]
-    program: list[Instruction] = []
-    for index, (load, offset, jump, value, if_true, if_false) in enumerate(checks):
-        to_end = 2 * (len(checks) - index - 1)
-        skipped = {following: 0, admit: to_end, refuse: to_end + 1}
-        program += [(load, 0, 0, offset), (jump, skipped[if_true], skipped[if_false], value)]
-    return [*program, (_RETURN, 0, 0, 0xFFFF), *NOTHING]
-
-
-def attach(target: socket.socket, program: list[Instruction]) -> None:
-    """Let a socket receive what the program admits, in place of its last one. Raises OSError."""
-    _attach(target, SO_ATTACH_FILTER, program)
-
-
-def detach(target: socket.socket) -> None:
-    """Let a socket receive everything again. Raises OSError."""
-    target.setsockopt(socket.SOL_SOCKET, SO_DETACH_FILTER, 0)
 
 
 def _attach(target: socket.socket, option: int, program: list[Instruction]) -> None:

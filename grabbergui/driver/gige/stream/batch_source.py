@@ -1,10 +1,9 @@
 """Packets of a stream in batches: `BatchSource` reads its UDP socket, or several at one port. Linux.
 
-A `PacedSource` lets packets gather as long as that delays no frame: fewer, larger batches cost less, as long
-as no buffer overflows. `BatchSource` is one, with two readers that take turns. `MessageSlots` takes whatever
-waits, up to 2 MiB with one system call, and the assembler copies the packets into frames. Where the kernel
-joins packets to long datagrams, `InPlaceReader` takes those of a block in progress, one datagram a
-call, without that copy. It expects them in order.
+It lets packets gather as long as that delays no frame, and has two readers that take turns. `MessageSlots`
+takes whatever waits, up to 2 MiB with one system call, and the assembler copies the packets into frames.
+Where the kernel joins packets to long datagrams, `InPlaceReader` takes those of a block in progress, one
+datagram a call, without that copy. It expects them in order.
 """
 
 from __future__ import annotations
@@ -12,14 +11,14 @@ from __future__ import annotations
 import logging
 import socket
 import time
-from abc import abstractmethod
 from collections.abc import Sequence
 
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
+from grabbergui.driver.gige.stream.datagram_source import DatagramSource
 from grabbergui.driver.gige.stream.in_place import InPlaceReader
-from grabbergui.driver.gige.stream.receiver import DatagramSource, Pace
+from grabbergui.driver.gige.stream.pace import Pace
 from grabbergui.driver.gige.stream.recvmmsg import (
     FOREIGN,
     SLOTS,
@@ -36,107 +35,6 @@ ANSWER_PAUSE = 0.001
 OVERRUN = 0.03
 """Seconds of work without once emptying the buffer, with more incomplete frames than complete ones, after
 which all waiting packets are discarded: a full buffer makes holes in every frame, and holes cost time."""
-
-
-class PacedSource(DatagramSource):
-    """Takes packets in batches. One thread."""
-
-    def __init__(self, pace: Pace, sockets: Sequence[socket.socket]) -> None:
-        """`sockets` are those with the packets."""
-        super().__init__()
-        self._pace = pace
-        self._wait = self._waits.waiter(sockets)
-        "Waits for at most the given seconds and returns the descriptors of sockets with packets."
-        self._drained = True
-        "Whether the last read emptied the buffer."
-        self._busy_since = 0.0
-        "The thread's CPU time when the buffer was last empty, or overrun was last checked."
-        self._lost_by_then = 0
-        "Incomplete less complete frames at that time."
-        self._overrun_logged = False
-        self._flowing = False
-        "Whether the last read found packets."
-
-    @abstractmethod
-    def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        """Wait at most `timeout` seconds for packets and take all; return the time of the last read.
-
-        Clears `_drained` if more may be left. Raises OSError.
-        """
-
-    @abstractmethod
-    def _discard(self) -> None:
-        """Discard all waiting packets."""
-
-    def receive(self, assembler: BlockAssembler, timeout: float) -> None:
-        """Let packets gather if that delays no frame, then take all; discard them after an overrun."""
-        before = assembler.statistics.packets
-        self._pace.realtime = self.realtime
-        if self._overrun(assembler.statistics):
-            assembler.note_overrun()
-            self._skip()
-        paused = self._gather(assembler, timeout) if self._drained and self._flowing else 0.0
-        wait = timeout if self._drained and not paused else 0.0
-        if wait and self._flowing:
-            self._poll(assembler)
-        self._drained = True
-        begun = time.monotonic()
-        now = self._take_all(assembler, wait)
-        if paused:
-            self._pace.read(paused, time.monotonic() - begun)
-        packets = assembler.statistics.packets - before
-        self._flowing = packets > 0
-        self._pace.took(packets, now, more=assembler.block_in_progress, ended=assembler.has_finished)
-
-    def _overrun(self, statistics: StreamStatistics) -> bool:
-        """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
-        worked = time.thread_time()
-        if not self._drained and worked - self._busy_since <= OVERRUN:
-            return False
-        lost = statistics.incomplete - statistics.frames
-        overrun = not self._drained and lost > self._lost_by_then
-        self._busy_since, self._lost_by_then = worked, lost
-        return overrun
-
-    def _skip(self) -> None:
-        """Discard waiting packets, so that the next frames are complete again."""
-        self._discard()
-        self._drained = True
-        if not self._overrun_logged:
-            self._overrun_logged = True
-            log.warning(
-                "packets arrive faster than this machine takes them: waiting packets are discarded;"
-                " larger packets or a lower frame rate help"
-            )
-
-    def _gather(self, assembler: BlockAssembler, timeout: float) -> float:
-        """Let packets gather if that delays no frame; return the seconds waited."""
-        begun = time.monotonic()
-        pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
-        if assembler.block_waits:
-            pause = min(pause, ANSWER_PAUSE)
-        if not pause:
-            return 0.0
-        whole = self._rest(pause)
-        waited = time.monotonic() - begun
-        if whole:
-            self._pace.slept(pause, waited)
-        return waited
-
-    def _poll(self, assembler: BlockAssembler) -> None:
-        """Watch for the last packets of a block, if they are due, without sleeping."""
-        now = time.monotonic()
-        end = now + self._pace.polling(assembler.expected(), now)
-        while now < end and not self._wait(0.0):
-            now = time.monotonic()
-
-    def _rest(self, seconds: float) -> bool:
-        """Wait; return False if that ended early, because a block did."""
-        self._waits.rest(seconds)
-        return True
-
-
-# -- the UDP socket ------------------------------------------------------------------------------
 BATCHES = 8
 "Reads before timers and finished frames have their turn."
 SKIPS = 256
@@ -153,11 +51,12 @@ SHORT_DATAGRAMS = 3
 "Datagrams between the joined ones of two blocks, at most: a last packet, the trailer, the leader."
 
 
-class BatchSource(PacedSource):
+class BatchSource(DatagramSource):
     """Feeds an assembler from a socket, or several at one port, in batches. One thread."""
 
     def __init__(self, receiver: socket.socket, device_ip: str, more: Sequence[socket.socket] = ()) -> None:
         """`more` are further sockets at the same port, which become the source's own."""
+        super().__init__()
         self._more = more
         sockets = [receiver, *more]
         self._descriptors = [each.fileno() for each in sockets]
@@ -165,7 +64,18 @@ class BatchSource(PacedSource):
             join_packets(each)
         self._slots = MessageSlots(device_ip)
         self._in_place = InPlaceReader(device_ip)
-        super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES), sockets)
+        self._pace = Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES)
+        self._wait = self._waits.waiter(sockets)
+        "Waits for at most the given seconds and returns the descriptors of sockets with packets."
+        self._drained = True
+        "Whether the last read emptied the buffer."
+        self._flowing = False
+        "Whether the last read found packets."
+        self._busy_since: float | None = None
+        "The thread's CPU time when reads began to leave packets behind; None since one left none."
+        self._lost_by_then = 0
+        "Incomplete less complete frames at that time."
+        self._overrun_logged = False
         self._newest = 0
         "Index of the socket that the last packets were read from."
         self._held = 0
@@ -181,38 +91,94 @@ class BatchSource(PacedSource):
         self._in_place_from = 0.0
         "Time before which nothing is received in place."
 
-    def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        waiting = self._waiting(timeout)
-        now = time.monotonic()
-        for index in waiting:
-            now = self._drain(index, assembler)
-        self._take_held(assembler, now)
-        return now
-
     def close(self) -> None:
         """Close the further sockets."""
         super().close()
         for each in self._more:
             each.close()
 
-    def _discard(self) -> None:
+    def receive(self, assembler: BlockAssembler, timeout: float) -> None:
+        """Wait for packets, let more gather if that delays no frame, then take all.
+
+        Packets that arrive faster than we take them are discarded.
+        """
+        if not self._drained and self._overrun(assembler.statistics):
+            assembler.note_overrun()
+            self._skip()
+        paused = 0.0
+        if self._drained:
+            in_progress = assembler.block_in_progress
+            if in_progress and self._flowing:
+                paused = self._gather(assembler, timeout)
+            if not paused and not self._wait(timeout):
+                self._flowing = False
+                return
+            if not in_progress:
+                self._pace.woke(time.monotonic())
+                paused = self._gather(assembler, timeout)
+        before = assembler.statistics.packets
+        now = self._take_all(assembler, time.monotonic())
+        packets = assembler.statistics.packets - before
+        self._flowing = packets > 0
+        self._pace.took(packets, now, more=assembler.block_in_progress, ended=assembler.has_finished)
+
+    def _gather(self, assembler: BlockAssembler, timeout: float) -> float:
+        """Let packets gather if that delays no frame; return the seconds waited."""
+        begun = time.monotonic()
+        pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
+        if assembler.block_waits:
+            pause = min(pause, ANSWER_PAUSE)
+        if pause <= 0:
+            return 0.0
+        self._waits.rest(pause)
+        waited = time.monotonic() - begun
+        self._pace.slept(pause, waited)
+        return waited
+
+    def _overrun(self, statistics: StreamStatistics) -> bool:
+        """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
+        worked, lost = time.thread_time(), statistics.incomplete - statistics.frames
+        if self._busy_since is not None and worked - self._busy_since <= OVERRUN:
+            return False
+        overrun = self._busy_since is not None and lost > self._lost_by_then
+        self._busy_since, self._lost_by_then = worked, lost
+        return overrun
+
+    def _skip(self) -> None:
+        """Discard waiting packets, so that the next frames are complete again."""
         self._held = 0
         for descriptor in self._descriptors:
             for _ in range(SKIPS):
                 if self._slots.skip(descriptor) < self._slots.count:
                     break
+        self._drained = True
+        if not self._overrun_logged:
+            self._overrun_logged = True
+            log.warning(
+                "packets arrive faster than this machine takes them: waiting packets are discarded;"
+                " larger packets or a lower frame rate help"
+            )
 
-    def _waiting(self, timeout: float) -> list[int]:
+    def _take_all(self, assembler: BlockAssembler, now: float) -> float:
+        """Take all waiting packets, or as many as `BATCHES` reads bring; return the time of the last read."""
+        self._drained = True
+        for index in self._waiting():
+            now = self._drain(index, assembler, now)
+        if self._drained:
+            self._busy_since = None
+        self._take_held(assembler, now)
+        return now
+
+    def _waiting(self) -> list[int]:
         """Return which sockets to read, in the order in which the kernel fills them; some may be empty."""
         count = len(self._descriptors)
-        if count == 1 and not timeout:
+        if count == 1:
             return [0]
-        ready = [self._descriptors.index(descriptor) for descriptor in self._wait(timeout)]
+        ready = [self._descriptors.index(descriptor) for descriptor in self._wait(0.0)]
         return sorted(ready, key=lambda index: (index - self._newest) % count)
 
-    def _drain(self, index: int, assembler: BlockAssembler) -> float:
+    def _drain(self, index: int, assembler: BlockAssembler, now: float) -> float:
         """Read all packets of one socket; return the time of the last read. The last stay in the slots."""
-        now = time.monotonic()
         for _ in range(BATCHES):
             in_place = self._can_receive_in_place(assembler, now)
             if in_place and (places := assembler.next_places()) is not None:
