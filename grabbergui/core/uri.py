@@ -106,10 +106,6 @@ def _switch(text: str) -> bool:
     return parse_switch(text or "1")  # an option without a value is on
 
 
-def _auto_or_switch(text: str) -> str:
-    return text if text == "auto" else str(int(_switch(text)))
-
-
 def _number(low: float, high: float, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
     def read(text: str) -> Any:
         number = kind(text)
