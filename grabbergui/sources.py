@@ -22,6 +22,7 @@ from grabbergui.core.uri import (
     Ros2Options,
     SimulatedOptions,
     SourceUri,
+    TwinOptions,
     U3vOptions,
     YarpOptions,
     read_options,
@@ -46,6 +47,7 @@ class SourceKind(str, Enum):
     YARP = "yarp"
     ROS2 = "ros2"
     FILE = "file"
+    TWIN = "twin"
 
     @property
     def options(self) -> type[Any]:
@@ -68,6 +70,7 @@ _MODULES: dict[str, str] = {
     SourceKind.YARP: "grabbergui.net.yarp.client",
     SourceKind.ROS2: "grabbergui.net.ros2.client",
     SourceKind.FILE: "grabbergui.recording.playback",
+    SourceKind.TWIN: "grabbergui.driver.twin.device",
 }
 """The module of each kind, with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 
@@ -78,6 +81,7 @@ _OPTIONS: dict[SourceKind, type[Any]] = {
     SourceKind.YARP: YarpOptions,
     SourceKind.ROS2: Ros2Options,
     SourceKind.FILE: PlaybackOptions,
+    SourceKind.TWIN: TwinOptions,
 }
 
 _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
@@ -112,6 +116,7 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
     SourceKind.YARP: (("yarp:/PORT", "a frame grabber, or any port that sends images"),),
     SourceKind.ROS2: (("ros2:/TOPIC", "a served camera, or any image topic"),),
     SourceKind.FILE: (("file:PATH", "a recording: a folder of images, a movie, or .mcap"),),
+    SourceKind.TWIN: (("twin:FILE.zip", "a simulated camera made of a camera's report"),),
 }
 
 

@@ -73,6 +73,7 @@ FAMILIES = {
     "machine": ("list", "doctor", "setup", "paths"),
     "features": ("features", "get", "set", "run", "save", "load", "diff"),
     "files": ("files",),
+    "report": ("report",),
     "frames": ("grab", "record", "events"),
     "serve": ("serve",),
     "simulate": ("simulate", "simulate-teo", "simulate-tiago", "yarp-server"),

@@ -33,7 +33,7 @@ class SourceUri:
     """A URI: the kind of source, its name, and options."""
 
     scheme: str
-    "`sim`, `gige`, `u3v`, `gentl`, `aravis`, `yarp`, `ros2`, `file`."
+    "`sim`, `gige`, `u3v`, `gentl`, `aravis`, `v4l2`, `twin`, `yarp`, `ros2`, `file`."
     name: str = ""
     "An address, serial number, port or topic; empty means the first found."
     options: dict[str, str] = field(default_factory=dict)
@@ -235,6 +235,15 @@ class PlaybackOptions:
     loop: bool = _option(True, "0|1", "start again at the end", _switch)
     speed: float = _option(
         1.0, "FACTOR", "speed, a number from 0.05 to 20; `2` is twice as fast", _number(0.05, 20)
+    )
+
+
+@dataclass(frozen=True)
+class TwinOptions:
+    """`twin:` how a reported camera is imitated."""
+
+    answer_times: bool = _option(
+        True, "0|1", "let each register access take as long as with the original", _switch
     )
 
 

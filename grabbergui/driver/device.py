@@ -147,6 +147,13 @@ class Device(ABC):
         `xml` is the text of the description, of its own or from a file.
         """
 
+    def bootstrap_registers(self) -> list[tuple[str, int, int]]:
+        """Return name, address and length of registers with addresses in the transport's standard.
+
+        For reports; of an open device, which may lack some of them.
+        """
+        return []
+
     def open_events(self) -> None:  # noqa: B027 - most transports need nothing
         """Prepare to receive events, before the first is enabled. May be called again; raises as `write`."""
 

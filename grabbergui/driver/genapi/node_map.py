@@ -221,8 +221,8 @@ class CameraNodeMap:
             finally:
                 self._lock.changed.intersection_update(changed)  # the callbacks hold this very set
 
-    def execute(self, name: str) -> None:
-        """Run a command and wait until it is done. Raises FeatureError and what the device raised.
+    def execute(self, name: str, *, wait: bool = True) -> None:
+        """Run a command, and wait until it is done. Raises FeatureError and what the device raised.
 
         One of ACTS_AT_ONCE is taken as done after ACTION_TIME, and from then on at once.
         """
@@ -237,6 +237,8 @@ class CameraNodeMap:
                 feature = self.feature(name)
                 raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
             command.execute()
+        if not wait:
+            return
         # Release the lock between the checks, so that a slow command does not block other threads.
         if name in self._keep_their_value:
             return

@@ -190,6 +190,30 @@ STREAM_CHANNELS_MASK = 0x1FF
 "The number of channels in `Register.STREAM_CHANNELS`."
 
 
+_FIELDS = {
+    "VENDOR": VENDOR,
+    "MODEL": MODEL,
+    "DEVICE_VERSION": DEVICE_VERSION,
+    "MANUFACTURER_INFO": MANUFACTURER_INFO,
+    "SERIAL_NUMBER": SERIAL_NUMBER,
+    "USER_NAME": USER_NAME,
+    "FIRST_URL": FIRST_URL,
+    "SECOND_URL": SECOND_URL,
+}
+_CHANNEL = {"SCP": 0x00, "SCPS": 0x04, "SCPD": 0x08, "SCDA": 0x18, "SCSP": 0x1C, "SCC": 0x20, "SCCFG": 0x24}
+"Registers of a stream channel, from its first."
+
+
+def known_registers(channels: int) -> list[tuple[str, int, int]]:
+    """Return name, address and length of every register here, with those of so many stream channels."""
+    found = [(register.name, int(register), 4) for register in Register]
+    found += [(name, field.address, field.length) for name, field in _FIELDS.items()]
+    for index in range(channels):
+        first = StreamChannel(index).port
+        found += [(f"{name}{index}", first + offset, 4) for name, offset in _CHANNEL.items()]
+    return sorted(found, key=lambda register: register[1])
+
+
 def ip_number(address: str) -> int:
     """Return an IPv4 address as registers hold it."""
     return int.from_bytes(socket.inet_aton(address), "big")

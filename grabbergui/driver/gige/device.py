@@ -32,7 +32,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
 from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
-from grabbergui.driver.gige.bootstrap import Capability, Register
+from grabbergui.driver.gige.bootstrap import Capability, Register, StreamChannel
 from grabbergui.driver.gige.control_channel import Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
@@ -49,6 +49,7 @@ from grabbergui.driver.gige.stream.channel import (
     tick_frequency,
 )
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
+from grabbergui.driver.gige.stream.packet_tests import arriving_sizes
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
@@ -274,6 +275,11 @@ class GigeDevice(Device):
         urls = [memory.read_text(bootstrap.FIRST_URL), memory.read_text(bootstrap.SECOND_URL)]
         return fetch_description(urls, memory.read)
 
+    def bootstrap_registers(self) -> list[tuple[str, int, int]]:
+        """Return GigE Vision's registers, of the stream channels those that the camera announces."""
+        channels = self._opened().read_register(Register.STREAM_CHANNELS) & bootstrap.STREAM_CHANNELS_MASK
+        return bootstrap.known_registers(min(channels, MOST_CHANNELS))
+
     # -- events ----------------------------------------------------------------------------------
     def open_events(self) -> None:
         """Open the message channel, if the camera has one."""
@@ -290,6 +296,12 @@ class GigeDevice(Device):
         assert self._stream is not None
         self._stream.open(request, deliver, self._tick_frequency)
         self._receiving = self._stream
+
+    def test_packets(self) -> list[tuple[int, bool]]:
+        """Test packet sizes; see `arriving_sizes`. Needs control, and no stream."""
+        memory = self._opened()
+        (index, *_) = chosen_channels(memory, self.options.stream_channel)
+        return arriving_sizes(memory, self._require_interface(), self.info.address, StreamChannel(index))
 
     def _opened(self) -> DeviceMemory:
         memory = self._memory

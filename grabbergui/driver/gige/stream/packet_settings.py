@@ -104,13 +104,13 @@ class PacketSizer:
         )
         if can_test:
             for size in sizes:
-                if self._test(size - size % STEP, receiver, device_ip):
+                if self.arrives(size - size % STEP, receiver, device_ip):
                     return self._set(size - size % STEP)
             self.tests_arrive = False
             log.info("no test packet arrived; the packet size is kept at %d", current)
         return self._set(min(current, limit)) if current > limit or can_test else current
 
-    def _test(self, size: int, receiver: socket.socket, device_ip: str) -> bool:
+    def arrives(self, size: int, receiver: socket.socket, device_ip: str) -> bool:
         """Return whether a test packet of `size` bytes, not to be fragmented, arrives."""
         flags = PacketSizeFlag.FIRE_TEST_PACKET | PacketSizeFlag.DO_NOT_FRAGMENT
         for _ in range(TEST_TRIES):
