@@ -308,6 +308,8 @@ def _to_bool(value: FeatureValue) -> bool:
 
 
 def _to_int(value: FeatureValue) -> int:
+    if isinstance(value, bool):  # which is an int to Python
+        raise ValueError("not a number")
     if isinstance(value, float):
         if not value.is_integer():
             raise ValueError("not a whole number")
@@ -326,6 +328,8 @@ def _to_int(value: FeatureValue) -> int:
 
 
 def _to_float(value: FeatureValue) -> float:
+    if isinstance(value, bool):
+        raise ValueError("not a number")
     try:
         number = float(value)
     except (ValueError, OverflowError):

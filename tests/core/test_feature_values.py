@@ -169,3 +169,11 @@ def test_limits_that_contradict_each_other_restrict_nothing(limits):
     knob = feature(FeatureKind.FLOAT, minimum=low, maximum=high)
     assert (knob.minimum, knob.maximum) == (None, None)
     assert knob.validated(7) == 7.0
+
+
+@pytest.mark.parametrize("kind", [FeatureKind.INTEGER, FeatureKind.FLOAT])
+@pytest.mark.parametrize("switch", [True, False, "true", "off"])
+def test_a_switch_is_no_number(kind, switch):
+    """Python and YARP count true as 1."""
+    with pytest.raises(FeatureValueError, match=r"not a (whole )?number"):
+        feature(kind, minimum=0, maximum=5).validated(switch)

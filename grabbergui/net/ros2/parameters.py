@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import logging
 import math
 import queue
@@ -238,10 +239,12 @@ class FeatureParameters:
     never let one that is marked read-only follow the camera. Services run on the node's thread.
     """
 
-    def __init__(self, node: Any, grabber: FrameGrabber) -> None:
+    def __init__(self, node: Any, grabber: FrameGrabber, *, read_only: bool = False) -> None:
+        """With `read_only` the node's own parameters cannot be set either; the grabber refuses the rest."""
         from rcl_interfaces import srv
         from rclpy.qos import qos_profile_parameters
 
+        self._read_only = read_only
         self._node = node
         self._grabber = grabber
         self._events = ParameterEvents(node, grabber)
@@ -296,7 +299,7 @@ class FeatureParameters:
         answer.descriptors = self._each(
             request.names,
             lambda feature: _descriptor_of(feature, settable=self._settable(feature)),
-            self._node.describe_parameter,
+            self._own_descriptor,
         )
         for name, descriptor in zip(request.names, answer.descriptors, strict=False):
             descriptor.name = name
@@ -318,6 +321,11 @@ class FeatureParameters:
 
     def _own_value(self, name: str) -> Any:
         return self._node.get_parameter(name).get_parameter_value()
+
+    def _own_descriptor(self, name: str) -> Any:
+        descriptor = copy.copy(self._node.describe_parameter(name))
+        descriptor.read_only = descriptor.read_only or self._read_only
+        return descriptor
 
     def _own_type(self, name: str) -> int:
         return int(self._node.get_parameter(name).type_.value)
@@ -394,6 +402,9 @@ class FeatureParameters:
         from rcl_interfaces.msg import SetParametersResult
         from rclpy.parameter import Parameter
 
+        if self._read_only:  # `use_sim_time` would let any peer stop the clock of all stamps
+            reason = f"{parameter.name} cannot be set: the camera is served read-only"
+            return SetParametersResult(successful=False, reason=reason)
         try:
             return self._node.set_parameters_atomically([Parameter.from_parameter_msg(parameter)])
         except (RuntimeError, ValueError) as error:  # a type that ROS does not have

@@ -87,7 +87,7 @@ class Ros2GrabberServer:
             self._find_calibration()
             # Images last: a client that sees the topic then finds the services, too.
             self._services = GrabberServices(node, grabber, terminal)
-            self._parameters = FeatureParameters(node, grabber)
+            self._parameters = FeatureParameters(node, grabber, read_only=read_only)
             node.create_service(SetCameraInfo, "~/set_camera_info", self._on_set_camera_info)
             Diagnostics(node, grabber, self._counters)
             self._images = ImagePublisher(node, grabber, qos, self._calibration)

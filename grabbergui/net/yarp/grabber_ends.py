@@ -53,7 +53,8 @@ from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import RpcClient
-from grabbergui.net.yarp.os.values import Dialect
+from grabbergui.net.yarp.os.registry import StrangerLog
+from grabbergui.net.yarp.os.values import Dialect, item_text
 
 log = logging.getLogger(__name__)
 
@@ -87,6 +88,7 @@ class GrabberService:
     ) -> None:
         """Without `calibration` the visual parameters are those that the source itself reports."""
         self._grabber = grabber
+        self._refusals = StrangerLog(grabber.info.title, level=logging.INFO)
         self._calibration = calibration or FittedCalibration(grabber)
         self._features = NumberedFeatures(grabber, normalised=normalised)
         self._tree = TreeService(grabber, terminal)
@@ -111,7 +113,7 @@ class GrabberService:
         call = read_request(request)
         if isinstance(call, Refusal):
             if call.reason:
-                log.info("request refused: %s", call.reason)
+                self._refusals.warn(f"request refused: {call.reason}")
             return [call.message]
         return encode_reply(call, self.perform(call))
 
@@ -120,7 +122,7 @@ class GrabberService:
         try:
             return Reply(self._actions[call.operation](*call.arguments))
         except GrabberError as error:
-            log.info("%s%s failed: %s", call.operation.name, call.arguments, error)
+            self._refusals.warn(f"{call.operation.name}{call.arguments} failed: {error}")
             status = next((status for kind, status in _STATUS if isinstance(error, kind)), Status.FAILED)
             return Reply(status=status, text=str(error) if isinstance(error, UsageError) else "")
 
@@ -237,8 +239,8 @@ class GrabberService:
 
     # -- our own vocabulary ----------------------------------------------------------------------
     def _answer_tree(self, request: Bottle) -> Bottle:
-        verb, *arguments = [str(item) for item in request[1:]] or [""]
         try:
+            verb, *arguments = [item_text(item) for item in request[1:]] or [""]
             return grabber_values.tree_success(self._tree.perform(verb, *arguments))
         except GrabberError as error:
             return grabber_values.tree_failure(error)

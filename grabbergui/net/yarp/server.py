@@ -16,7 +16,6 @@ import numpy as np
 from grabbergui.calibration.camera_info import FittedCalibration
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
@@ -31,7 +30,7 @@ from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Stamp
+from grabbergui.net.yarp.os.values import Stamp, item_text
 
 log = logging.getLogger(__name__)
 
@@ -159,10 +158,10 @@ class YarpGrabberServer:
 
     def _answer_line(self, request: Request) -> Reply:
         """Run a line from `yarp rpc` on the terminal; the reply's items are the lines of the answer."""
-        words = [format_value(item) for item in request.bottle() if isinstance(item, (bool, int, float, str))]
-        # A single string may be the whole line; of several each stays one word, whatever is in it.
-        line = words[0] if len(words) == 1 else shlex.join(words)
         try:
+            words = [item_text(item) for item in request.bottle()]
+            # A single string may be the whole line; of several each stays one word, whatever is in it.
+            line = words[0] if len(words) == 1 else shlex.join(words)
             text = self._run_line(line)
         except GrabberError as error:
             return Bottle(["fail", str(error)])

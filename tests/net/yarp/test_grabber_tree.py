@@ -6,7 +6,7 @@ import json
 import math
 import threading
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from typing import Any
 
 import pytest
@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fakes import ScriptedGrabber
+from grabbergui import sources
 from grabbergui.core import errors
 from grabbergui.core.errors import (
     DeviceStatusError,
@@ -37,8 +38,9 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.net import tree
 from grabbergui.net.tree import ChangeLog, TreeService, error_of
 from grabbergui.net.yarp import grabber_values
+from grabbergui.net.yarp.grabber_ends import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os.values import Vocab, item_text
 from patience import PATIENCE
 
 FULL = Feature(
@@ -276,3 +278,39 @@ def test_a_request_while_the_log_becomes_idle_keeps_it_listening(
     assert log.since(answers[0])[1] == ["Width"]
     log.close()
     assert not len(grabber.features_changed)
+
+
+@pytest.mark.parametrize(
+    ("item", "text"),
+    [
+        *((Vocab("1"), "true"), (Vocab(0), "false"), (True, "true"), (Vocab("once"), "once"), ("a b", "a b")),
+        *((3, "3"), (2.5, "2.5"), (2.0, "2"), (10**14, "100000000000000"), (1e300, "1e+300")),
+    ],
+)
+def test_an_item_of_a_request_as_a_word(item: Any, text: str) -> None:
+    assert item_text(item) == text
+
+
+@pytest.mark.parametrize("item", [[1], b"1"])
+def test_an_item_that_is_no_word_is_refused(item: Any) -> None:
+    with pytest.raises(errors.RemoteProtocolError, match="where a word is expected"):
+        item_text(item)
+
+
+@pytest.mark.parametrize("verb", ["write", "set"])
+def test_true_is_written_to_a_switch_and_to_no_number(verb: str) -> None:
+    """YARP reads it as the vocab 1."""
+    with closing(sources.create("sim:?width=64&height=48")) as camera:
+        camera.open()
+        service = GrabberService(camera)
+
+        def ask(line: str) -> list[Any]:
+            return list(Bottle.decode(b"".join(service.answer(Bottle.from_text(line)))))
+
+        assert ask(f"genicam {verb} Gain true")[1:3] == ["error", "FeatureValueError"]
+        assert ask(f"genicam {verb} Width true")[1:3] == ["error", "FeatureValueError"]
+        assert ask(f"genicam {verb} Gain (1)")[1:3] == ["error", "RemoteProtocolError"]
+        assert camera.feature("Gain").value == 0
+        assert ask(f"genicam {verb} ReverseX true")[1] == "ok" and camera.feature("ReverseX").value is True
+        assert ask(f"genicam {verb} Gain 1")[1] == "ok" and camera.feature("Gain").value == 1
+        service.close()

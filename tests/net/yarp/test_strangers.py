@@ -12,9 +12,9 @@ from types import SimpleNamespace
 import pytest
 
 from grabbergui.config import AllowedAddresses
-from grabbergui.core.errors import ResourceExhaustedError, TransportError
+from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import inputs, registry
+from grabbergui.net.yarp.os import inputs, registry, sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Target
 from grabbergui.net.yarp.os.link import administer
@@ -259,3 +259,36 @@ def test_peers_that_send_garbage_do_not_fill_the_log(caplog):
     (warning,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
     assert STRANGER in warning
     assert "was expected" in warning
+
+
+@pytest.mark.parametrize("host", ["", "localhost", "127.0.0.9"])
+def test_a_port_never_sends_to_itself(host, caplog):
+    """Its images would come back as requests, with a line in the log for each."""
+    with OutputPort("/out") as output:
+        place = f"tcp://{host or output.contact.host}:{output.contact.port}/"
+        code, text = administer(output.contact.address, Bottle([Vocab("add"), place]), None)
+        assert code == -1 and "/out cannot send to itself" in text
+        assert administer(output.contact.address, Bottle([Vocab("add"), "/out"]), None)[0] == -1
+        assert not output.connections
+    assert not caplog.records
+
+
+def test_a_port_sends_to_one_of_another_machine_with_the_same_number(monkeypatch):
+    """YARP's ports begin at 10002 on each machine."""
+    with OutputPort("/out") as output:
+        monkeypatch.setattr(sockets, "local_address_towards", lambda host, port: "192.0.2.1")
+        assert not output._is_own(("192.0.2.2", output.contact.port))
+        assert output._is_own(("192.0.2.1", output.contact.port))
+        assert not output._is_own(("192.0.2.1", output.contact.port + 1))
+
+
+def test_requests_that_are_refused_do_not_fill_the_log(caplog):
+    caplog.set_level("INFO")
+
+    def refuse(request):
+        raise UsageError("not like that")
+
+    with RpcServer("/rpc", refuse) as server, RpcClient(server.place()) as client:
+        for _ in range(20):
+            assert client.call(Bottle(["x"]))[0] == Vocab("fail")
+    assert len([text for text in caplog.messages if "not like that" in text]) == 1

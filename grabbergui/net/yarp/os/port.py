@@ -96,6 +96,7 @@ class Port:
         self._handler = handler
         self._allowed = allowed
         self._strangers = StrangerLog(self.name)
+        self._refusals = StrangerLog(self.name, level=logging.INFO)
         self._address = (bind, port)
         self._registry = Registry(self._strangers)
         self._listener = Listener(self.name, self._welcome, self._registry.free_resources)
@@ -230,6 +231,8 @@ class Port:
     def _connect(self, target: Target) -> None:
         carrier = wire.by_name(target.carrier)
         address = self.locate(target.name)
+        if self._is_own(address):
+            raise TransportError(f"{self.name} cannot send to itself")
         if not self._allowed.allows(address[0], self.contact.host):
             raise TransportError(f"{address[0]} is not among the allowed addresses ({self._allowed})")
         self.remove_output(target.name)
@@ -244,6 +247,11 @@ class Port:
             on_close=self._registry.remove,
         )
         self._registry.add(output)
+
+    def _is_own(self, address: tuple[str, int]) -> bool:
+        """Return whether this port listens at an address; its messages would come back as requests."""
+        host, port = address
+        return port == self.contact.port and (host == self.contact.host or sockets.is_this_machine(host))
 
     def _pull(self, target: Target) -> None:
         raise TransportError(
@@ -319,7 +327,7 @@ class Port:
         try:
             return self._handler(request)
         except GrabberError as error:
-            log.info("%s: request of %s refused: %s", self.name, request.info.peer, error)
+            self._refusals.warn(f"request of {request.info.peer} refused: {error}")
             return Bottle([Vocab("fail"), str(error)])
 
     def attach(

@@ -67,24 +67,30 @@ def _largest_group(connections: Sequence[Connection]) -> list[Connection]:
 
 # -- log about strangers -------------------------------------------------------------------------
 class StrangerLog:
-    """Warnings about strangers, a few a minute however many come; the rest is logged as info. Any thread."""
+    """Lines about strangers, a few a minute however many come. Any thread.
 
-    def __init__(self, port: str, clock: Callable[[], float] = time.monotonic) -> None:
+    The rest is logged one level below.
+    """
+
+    def __init__(
+        self, port: str, clock: Callable[[], float] = time.monotonic, *, level: int = logging.WARNING
+    ) -> None:
         self._port = port
         self._clock = clock
+        self._level = level
         self._next = 0.0
         self._suppressed = 0
 
     def warn(self, text: str) -> None:
-        """Log it as a warning; as info if another was logged shortly before."""
+        """Log it; a level below if another line was logged shortly before."""
         now = self._clock()
         if now < self._next:
             self._suppressed += 1
-            log.info("%s: %s", self._port, text)
+            log.log(self._level - 10, "%s: %s", self._port, text)
             return
         more = f" ({self._suppressed} more since the last such line)" if self._suppressed else ""
         self._next, self._suppressed = now + _QUIET_SECONDS, 0
-        log.warning("%s: %s%s", self._port, text, more)
+        log.log(self._level, "%s: %s%s", self._port, text, more)
 
 
 # -- the connections -----------------------------------------------------------------------------

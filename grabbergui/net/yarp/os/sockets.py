@@ -289,6 +289,16 @@ def local_address_towards(host: str, port: int) -> str:
         raise TransportError(f"'{host}' is no name of a host") from error
 
 
+def is_this_machine(host: str) -> bool:
+    """Return whether a name or address is one of this machine's. Raises TransportError."""
+    towards = local_address_towards(host, 1)
+    return towards.startswith("127.") or towards == "::1" or towards == _resolved(host)
+
+
+def _resolved(host: str) -> str:
+    return str(socket.getaddrinfo(host, 1, type=socket.SOCK_DGRAM)[0][4][0])
+
+
 def local_addresses() -> list[str]:
     """Return this machine's IP addresses."""
     import psutil  # takes a while, and few need it

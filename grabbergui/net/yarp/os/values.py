@@ -95,6 +95,20 @@ def word(item: object) -> str:
     return str(item) if isinstance(item, (str, _AnyVocab)) else ""
 
 
+def item_text(item: Item) -> str:
+    """Return an item as a word of a command line: numbers in figures, YARP's encoding of a switch as `true`.
+
+    Raises RemoteProtocolError for a list or a blob.
+    """
+    if isinstance(item, bool) or (isinstance(item, Vocab) and item in (TRUE, FALSE)):
+        return "true" if item else "false"
+    if isinstance(item, (str, _AnyVocab)):
+        return str(item)
+    if isinstance(item, (int, float)):
+        return repr(item).removesuffix(".0")
+    raise RemoteProtocolError(f"a {'list' if isinstance(item, list) else 'blob'} where a word is expected")
+
+
 # -- envelope ------------------------------------------------------------------------------------
 _WRAP = 2**31
 _LATEST = 2**63 / 1e9
