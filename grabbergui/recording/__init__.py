@@ -13,6 +13,7 @@ import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from pathlib import Path
@@ -220,6 +221,21 @@ def _opened(path: Path) -> Recording:
     raise UsageError(
         f"{path} is no recording; there are folders of images, .mcap and {', '.join(VIDEO_SUFFIXES)}"
     )
+
+
+def playable_frames(path: Path) -> int:
+    """Return how many frames of a recording that ended early can be played, up to the last readable one."""
+    try:
+        with closing(open_recording(path)) as recording:
+            for index in reversed(range(len(recording))):
+                try:
+                    recording.frame(index, 0)
+                except GrabberError:
+                    continue
+                return index + 1
+    except GrabberError:
+        pass
+    return 0
 
 
 # -- notes, and frames built from them -----------------------------------------------------------

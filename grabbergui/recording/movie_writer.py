@@ -28,7 +28,6 @@ from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
-from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.recording import (
@@ -36,7 +35,7 @@ from grabbergui.recording import (
     RecordingKind,
     Rising,
 )
-from grabbergui.recording.movie_file import TIME_BASE, MovieRecording, bytes_of, notes_beside, plane_of
+from grabbergui.recording.movie_file import TIME_BASE, bytes_of, notes_beside, plane_of
 from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
 
 NOMINAL_RATE = 25.0
@@ -106,9 +105,6 @@ class MovieFile:
         "Bytes encoded so far."
         self.written = 0
         "Bytes in the file, to which fragments are written as a whole."
-        self.kept = 0
-        "Frames in complete fragments of the file."
-        self._packets = 0
         self._encoder = _ENCODERS[kind]
         self._path = path
         self._last = -1
@@ -178,7 +174,6 @@ class MovieFile:
         """Close the file without an index; its complete fragments can be played."""
         with contextlib.suppress(FFmpegError, OSError):
             self._container.close()
-            self.kept = self._packets
         with contextlib.suppress(OSError):
             self._file.close()
 
@@ -189,10 +184,9 @@ class MovieFile:
             for packet in self._stream.encode(frame):
                 self.size += packet.size
                 self._container.mux(packet)
-                written = self._file.tell()
-                if written > self.written:  # the fragment before this packet was written
-                    self.written, self.kept = written, self._packets
-                self._packets += 1
+                if (written := self._file.tell()) > self.written:  # the fragment before this packet
+                    self._file.flush()
+                    self.written = written
         except (FFmpegError, OSError) as error:
             self._failure = self._explained(error)
             raise self._failure from error
@@ -258,8 +252,6 @@ class MovieWriter(RecordingWriter):
         self._first = 0
         self._clock = Rising()
         self._broken = False
-        self._kept: int | None = None
-        "Frames in a file that could not be finished."
         self._work = OrderedWork(f"encode {path.name}", 1, 2, self._notes.write)
 
     def write(self, frame: Frame) -> None:
@@ -297,11 +289,6 @@ class MovieWriter(RecordingWriter):
             self._notes.close()
             if movie is not None:
                 movie.abandon()
-                self._kept = (movie.kept or _playable(self.path)) if self._broken else None
-
-    def kept(self, given: int) -> int:
-        """Return the frames in complete fragments if the file is unfinished; a few more may be playable."""
-        return given if self._kept is None else min(given, self._kept)
 
     def free(self) -> int:
         """Return the free bytes minus those that wait to be written, up to half a second's."""
@@ -348,15 +335,6 @@ def _scheduled_as_before() -> Iterator[None]:
                 with contextlib.suppress(OSError):
                     if os.sched_getscheduler(int(thread.name)) == os.SCHED_FIFO:
                         os.sched_setscheduler(int(thread.name), os.SCHED_OTHER, os.sched_param(0))
-
-
-def _playable(path: Path) -> int:
-    """Return the number of frames of a short file that can be played."""
-    try:
-        with contextlib.closing(MovieRecording(path)) as recording:
-            return len(recording.times_ns)
-    except GrabberError:
-        return 0
 
 
 def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str:

@@ -29,7 +29,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.sfnc import Role
-from grabbergui.recording import RecordingError, RecordingKind
+from grabbergui.recording import RecordingError, RecordingKind, playable_frames
 from grabbergui.recording.writer import RecordingWriter
 
 log = logging.getLogger(__name__)
@@ -40,6 +40,7 @@ class DiskFullError(RecordingError):
     """A recording ended because the disk is full. The frames written before are kept."""
 
     def __init__(self, path: Path, free: int) -> None:
+        free = max(free, 0)  # frames that wait to be written may need more than there is
         super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
         self.path = path
         self.free = free
@@ -248,14 +249,18 @@ class Recorder:
         except Exception as error:  # a library's, perhaps raised for a frame before
             log.exception("finishing %s", self.writer.path)
             problem = problem or UnfinishedFileError(self.writer.path, error)
-        frames, size = self.writer.kept(self._progress.frames), 0
+        kept = frames = self.writer.kept(self._progress.frames)
+        size = 0
+        if problem is not None and kept:
+            # A full disk may have lost what an encoder or a buffer had accepted already.
+            frames = playable_frames(self.writer.path)
         try:
-            if frames and not self.writer.path.exists():
+            if kept and not self.writer.path.exists():
                 problem = problem or UnfinishedFileError(self.writer.path, RecordingError("it was removed"))
-                frames = 0
-            if frames:
+                kept = frames = 0
+            if kept:
                 size = self.writer.size()
-            else:
+            if not size:
                 self.writer.discard()
         except OSError as error:
             problem = problem or UnfinishedFileError(self.writer.path, error)

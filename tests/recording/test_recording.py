@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
+from full_disk import FullDisk
 from recorded_frames import INFO, NAMES, made, written
 
 from grabbergui import sources
@@ -15,9 +16,10 @@ from grabbergui.recording import (
     MOVIE_KINDS,
     RecordingKind,
     open_recording,
+    playable_frames,
     playback,
 )
-from grabbergui.recording.recorder import Recorder, RecordingLimits, create_writer
+from grabbergui.recording.recorder import DiskFullError, Recorder, RecordingLimits, create_writer
 from patience import PATIENCE, until
 
 
@@ -237,6 +239,54 @@ def test_images_that_did_not_fit_are_not_counted(camera, tmp_path, monkeypatch, 
     else:
         assert progress.reason.endswith("nothing was recorded")
         assert not path.exists()
+
+
+SOON_FULL = (
+    RecordingKind.PNG,
+    RecordingKind.TIFF,
+    RecordingKind.LOSSLESS,
+    RecordingKind.FFV1,
+    RecordingKind.MCAP,
+)
+
+
+@pytest.mark.parametrize(
+    ("kind", "room"), [*((kind, 300) for kind in RecordingKind), *((kind, 60_000) for kind in SOON_FULL)]
+)
+def test_the_frames_that_are_counted_are_those_that_play(camera, tmp_path, monkeypatch, kind, room):
+    """Where another program fills the disk, encoders and buffers have accepted more than is in the file."""
+    really, save = Path.open, Path.write_bytes
+
+    def limited(path, mode="r", *arguments, **options):
+        opened = really(path, mode, *arguments, **options)
+        return FullDisk(opened, room) if mode == "xb" else opened
+
+    def limited_image(path, content):
+        if int(path.stem) * len(content) > room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return save(path, content)
+
+    monkeypatch.setattr(Path, "open", limited)
+    monkeypatch.setattr(Path, "write_bytes", limited_image)
+    path = tmp_path / NAMES[kind]
+    recorder = Recorder(camera, create_writer(kind, path, INFO, 100), reserve=-(10**12))
+    recorder.start()
+    camera.start()
+    progress = ended(recorder)
+    camera.stop()
+    assert progress.error is not None
+    if not path.exists():
+        assert progress.frames == 0 and progress.reason.endswith("nothing was recorded")
+        return
+    assert progress.frames == playable_frames(path)
+    if progress.frames:
+        with contextlib.closing(open_recording(path)) as recording:
+            played = [recording.frame(index, 0) for index in range(progress.frames)]
+        assert f"{len(played)} frame" in progress.reason
+
+
+def test_less_than_nothing_is_not_left_on_a_disk():
+    assert str(DiskFullError(Path("x.mp4"), -5)) == "the disk of x.mp4 is full (0 MiB left)"
 
 
 def test_a_disk_without_any_room_leaves_no_file(camera, tmp_path, monkeypatch):
