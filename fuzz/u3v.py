@@ -7,6 +7,7 @@ import functools
 import numpy as np
 
 from fuzz._input import DATA, Input, joined, refusing
+from grabbergui.core.device_text import text_field
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.u3v import gencp
@@ -16,7 +17,6 @@ from grabbergui.driver.u3v.bootstrap import (
     ManifestEntry,
     StreamRequirements,
     split,
-    string,
 )
 from grabbergui.driver.u3v.gencp import Event, Packet
 from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, TransferPlan
@@ -71,7 +71,7 @@ def _decode(source: Input) -> None:
     refusing(DeviceInfoDescriptor.decode, data)
     refusing(DeviceInfoDescriptor.find, data)
     refusing(lambda: list(split(data)))
-    string(data)
+    text_field(data)
 
 
 def _assemble(source: Input) -> None:

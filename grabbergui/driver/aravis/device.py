@@ -16,6 +16,7 @@ from urllib.parse import quote
 
 from typing_extensions import override
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import (
     AccessDeniedError,
     AckTimeoutError,
@@ -100,14 +101,11 @@ def find_cameras() -> list[FoundCamera]:
     fields = ("id", "physical_id", "address", "vendor", "model", "serial_nbr", "protocol")
     with _list_lock:
         library.arv_update_device_list()
+        getters = [getattr(library, f"arv_get_device_{field}") for field in fields]
         return [
-            FoundCamera(*(_text(getattr(library, f"arv_get_device_{field}")(index)) for field in fields))
+            FoundCamera(*(text_field(getter(index) or b"") for getter in getters))
             for index in range(library.arv_get_n_devices())
         ]
-
-
-def _text(raw: bytes | None) -> str:
-    return (raw or b"").decode("utf-8", "replace")
 
 
 class AravisDevice(Device):

@@ -12,6 +12,7 @@ from typing import Any
 
 from genicam import genapi
 
+from grabbergui.core.device_text import text_of
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.features import (
     AccessMode,
@@ -45,7 +46,7 @@ _ACCESS = {
 _READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
 
 READ_ERRORS = (genapi.GenericException, RuntimeError, ValueError, OverflowError)
-"""Exceptions of C++, of our port, and of Python for invalid UTF-8 or a huge number.
+"""Exceptions of C++, of our port, and of Python for a huge number.
 
 Each makes only its own node unusable.
 """
@@ -151,12 +152,12 @@ class NodeFeature:
     def _current_value(self, read: Callable[[Any], FeatureValue], access: AccessMode) -> FeatureValue | None:
         """Return the value; None if it is invalid but can be overwritten.
 
-        Invalid values are, for example, a Boolean that is neither on nor off and text that is not UTF-8.
+        An invalid value is, for example, a Boolean that is neither on nor off.
         Errors of our port pass through: they are not a GenericException.
         """
         try:
             return read(self._value)
-        except (genapi.GenericException, UnicodeDecodeError):
+        except genapi.GenericException:
             if access.writable:
                 return None
             raise
@@ -192,9 +193,7 @@ class NodeFeature:
 
 
 def reason_of(error: BaseException) -> str:
-    """Return GenApi's message without its position in GenApi's sources; in plain words for invalid text."""
-    if isinstance(error, UnicodeDecodeError):
-        return f"its text is not UTF-8 (byte 0x{error.object[error.start]:02X})"
+    """Return GenApi's message without its position in GenApi's sources."""
     text = _WHERE_THROWN.sub("", _ALARM.sub("", str(error), count=1))
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
@@ -207,12 +206,19 @@ def _entry_name(value: Any) -> str:
         return str(int(value.get_int_value()))
 
 
+def _text(value: Any) -> str:
+    try:
+        return str(value.value)
+    except UnicodeDecodeError as error:
+        return text_of(error.object)
+
+
 READERS: dict[FeatureKind, Callable[[Any], FeatureValue]] = {
     FeatureKind.INTEGER: lambda value: int(value()),
     FeatureKind.FLOAT: lambda value: float(value()),
     FeatureKind.BOOLEAN: lambda value: bool(value()),
     FeatureKind.ENUMERATION: lambda value: _entry_name(value),
-    FeatureKind.STRING: lambda value: str(value.value),
+    FeatureKind.STRING: lambda value: _text(value),
 }
 """Functions that read a node's value, by kind; a command has none. They raise GenApi's exceptions.
 

@@ -1,6 +1,7 @@
 """Cleans and checks a camera's description, which is untrusted text, before GenApi parses it.
 
-Real descriptions have junk before the first tag, padding after the last, or no XML declaration at all.
+Real descriptions have junk before the first tag, padding after the last, or no XML declaration at all, and
+characters of another encoding than the declared one (`core.device_text`).
 
 GenApi runs in this process and holds the GIL. So this module first bounds the cost of loading the description
 and of reading a feature, and rewrites what would crash the program: divisions of 64-bit integers (`formulas`)
@@ -17,14 +18,15 @@ from dataclasses import dataclass, field
 from html import escape  # the one in xml.sax would import http and ssl
 from xml.parsers import expat
 
+from grabbergui.core.device_text import xml_text
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.device import MAX_XML_BYTES
 from grabbergui.driver.genapi.formulas import without_traps
 from grabbergui.driver.genapi.mending import mended
 
 # -- cleaning ------------------------------------------------------------------------------------
-_START = re.compile(rb"<\?xml|<(?:\w+:)?RegisterDescription\b")
-_ENTITIES = re.compile(rb"<!DOCTYPE|<!ENTITY")
+_START = re.compile(r"<\?xml|<(?:\w+:)?RegisterDescription\b")
+_ENTITIES = re.compile(r"<!DOCTYPE|<!ENTITY")
 
 
 @functools.lru_cache(maxsize=4)
@@ -36,15 +38,14 @@ def clean_xml(data: bytes) -> str:
     """
     if len(data) > MAX_XML_BYTES:
         raise RemoteProtocolError(f"the camera's description has {len(data)} bytes, at most {MAX_XML_BYTES}")
-    start = _START.search(data)
+    text = xml_text(data)
+    start = _START.search(text)
     if start is None:
         raise RemoteProtocolError("the camera's description is no GenICam XML: no RegisterDescription in it")
-    body = data[start.start() :].rstrip(b"\0 \r\n\t")
+    body = text[start.start() :].rstrip()
     if _ENTITIES.search(body):
         raise RemoteProtocolError("the camera's description declares entities, which GenICam does not allow")
-    end = body.rfind(b">")
-    # Latin-1 comments under a UTF-8 declaration are common; names are ASCII.
-    return body[: end + 1].decode("utf-8", errors="replace")
+    return body[: body.rfind(">") + 1]
 
 
 def port_name(xml: str) -> str:

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import (
     AccessDeniedError,
     AckTimeoutError,
@@ -38,7 +39,6 @@ from grabbergui.driver.gige.control_channel import (
     Pulse,
 )
 from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, ReadMem, ReadReg, Request, Status, WriteMem, WriteReg
-from grabbergui.driver.gige.gvcp_messages import text_of
 
 log = logging.getLogger(__name__)
 
@@ -356,7 +356,7 @@ class DeviceMemory:
 
     def read_text(self, field: Field) -> str:
         """Read a string register. Raises as `read`."""
-        return text_of(self.read(field.address, field.length))
+        return text_field(self.read(field.address, field.length))
 
     def _aligned(self, address: int, length: int) -> tuple[int, int]:
         first, end = address - address % _WORD, address + length + -(address + length) % _WORD

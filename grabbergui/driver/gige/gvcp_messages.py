@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from ipaddress import IPv4Address
 from typing import ClassVar
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES, VENDOR
 from grabbergui.driver.gige.gvcp import (
@@ -181,7 +182,7 @@ class Identity:
             raise RemoteProtocolError(f"DISCOVERY_ACK of {len(payload)} bytes, need {IDENTITY_BYTES}")
         major, minor, mode, mac, supported, current, *rest = cls.FORMAT.unpack_from(payload)
         ip, mask, gateway = (socket.inet_ntoa(raw) for raw in rest[:3])
-        vendor, model, version, info, serial, user_name = (text_of(raw) for raw in rest[3:])
+        vendor, model, version, info, serial, user_name = (text_field(raw) for raw in rest[3:])
         return cls(
             mac=mac.hex(":"),
             ip=ip,
@@ -233,12 +234,6 @@ def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
         "user_name": identity.user_name,
         "hardware_id": identity.mac if identity.mac != NO_MAC else "",
     }
-
-
-def text_of(raw: bytes) -> str:
-    """Decode a string register up to the first zero; unprintable characters are dropped."""
-    text = raw.split(b"\0", 1)[0].decode("utf-8", "replace")
-    return "".join(character for character in text if character.isprintable()).strip()
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from enum import IntEnum
 from functools import cached_property
 from typing import ClassVar
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.gige.gvcp import Status
 
@@ -268,10 +269,8 @@ class Leader:
         if kind == PayloadKind.MULTI_PART:
             return cls._of_parts(payload_type, timestamp, body)
         if kind in _SIZE_AT:
-            name = bytes(body[20:]).split(b"\0")[0] if kind == PayloadKind.FILE else b""
-            return cls(
-                payload_type, timestamp, size=_size(body, kind), file_name=name.decode("utf-8", "replace")
-            )
+            name = text_field(bytes(body[20:])) if kind == PayloadKind.FILE else ""
+            return cls(payload_type, timestamp, size=_size(body, kind), file_name=name)
         offset = _IMAGE_AT.get(kind)
         if offset is None:
             return cls(payload_type, timestamp)

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.device import MAX_STORED_BYTES, unpack
 
@@ -204,11 +205,6 @@ class Eirm:
     TEST_EVENT_ID = 0x4FFF
 
 
-def string(data: bytes) -> str:
-    """Decode a string register; bytes that are no UTF-8 are replaced."""
-    return data.split(b"\0", 1)[0].decode("utf-8", "replace").strip()
-
-
 _TEXTS = {
     "vendor": Abrm.MANUFACTURER_NAME,
     "model": Abrm.MODEL_NAME,
@@ -223,7 +219,7 @@ def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
 
     `read` takes an address and a length in bytes; its errors pass through.
     """
-    return {name: string(read(address, STRING_SIZE)) for name, address in _TEXTS.items()}
+    return {name: text_field(read(address, STRING_SIZE)) for name, address in _TEXTS.items()}
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import usb.backend.libusb1
 import usb.core
 import usb.util
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError
 from grabbergui.core.identity import DeviceInfo, choose, describe, distinct_names
 from grabbergui.core.uri import SourceUri
@@ -258,4 +259,4 @@ def _system_strings(place: str) -> Iterator[tuple[str, str]]:
     folder = Path("/sys/bus/usb/devices") / place
     for name, file in (("vendor", "manufacturer"), ("model", "product"), ("serial", "serial")):
         with contextlib.suppress(OSError):
-            yield name, (folder / file).read_text(encoding="utf-8", errors="replace").strip()
+            yield name, text_field((folder / file).read_bytes())

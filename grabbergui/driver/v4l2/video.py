@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from linuxpy.video import device as v4l2
 from linuxpy.video import raw
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, DeviceStatusError, TransportError
 from grabbergui.core.identity import DeviceInfo
 
@@ -143,7 +144,7 @@ class VideoDevice:
                     continue
                 limits = (int(info.minimum), int(info.maximum), max(int(info.step), 1))
                 menu = self._menu(info) if kind is ControlKind.MENU else {}
-                found.append(Control(info.id, _text(info.name), kind, *limits, menu))
+                found.append(Control(info.id, text_field(info.name), kind, *limits, menu))
         return found
 
     def _menu(self, info: Any) -> dict[int, str]:
@@ -156,7 +157,7 @@ class VideoDevice:
             except OSError:
                 continue  # menus have gaps
             by_number = info.type == v4l2.ControlType.INTEGER_MENU
-            entries[value] = str(entry.m1.value) if by_number else _text(entry.m1.name)
+            entries[value] = str(entry.m1.value) if by_number else text_field(entry.m1.name)
         return entries
 
     def control(self, control_id: int) -> int:
@@ -302,10 +303,6 @@ _FORMATS = frozenset(int(code) for code in v4l2.PixelFormat)
 _TYPES = frozenset(int(kind) for kind in v4l2.ControlType)
 
 
-def _text(raw_name: bytes) -> str:
-    return raw_name.split(b"\0")[0].decode(errors="replace")
-
-
 def _fourcc(code: int) -> str:
     return bytes((int(code) >> shift) & 0x7F for shift in (0, 8, 16, 24)).decode()
 
@@ -354,19 +351,19 @@ def _info_of(entry: Path) -> DeviceInfo | None:
     return DeviceInfo(
         uri=f"v4l2:{path}",
         vendor=_read(usb / "manufacturer"),
-        model=_text(capabilities.card),
+        model=text_field(capabilities.card),
         serial=_read(usb / "serial"),
         bus="V4L2",
         address=path,
         version=f"{version >> 16}.{version >> 8 & 255}.{version & 255}",
-        hardware_id=_text(capabilities.bus_info),
-        interface=_text(capabilities.driver),
+        hardware_id=text_field(capabilities.bus_info),
+        interface=text_field(capabilities.driver),
     )
 
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(errors="replace").strip()
+        return text_field(path.read_bytes())
     except OSError:
         return ""
 

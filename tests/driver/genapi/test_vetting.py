@@ -35,9 +35,13 @@ def test_text_around_the_description_is_cut_off(dump):
     assert text.endswith("</RegisterDescription>")
 
 
-def test_latin1_comments_do_not_stop_it():
-    assert "RegisterDescription" in clean_xml(b"<!-- \xb5s -->" + BODY)
-    assert clean_xml(BODY[:-22] + b"<!-- \xb5s -->" + BODY[-22:])
+@pytest.mark.parametrize("declared", ["ISO-8859-1", "utf-8"])
+def test_a_unit_in_latin_1_is_read_as_it_is(declared):
+    unit = '<Float Name="X0"><Value>20</Value><Unit>°C</Unit></Float>'
+    xml = description(unit).replace("utf-8", declared).encode("latin-1")
+    nodes = CameraNodeMap(XmlDevice(xml), xml, lambda names: None)
+    assert nodes.feature("X0").unit == "°C"
+    nodes.close()
 
 
 def test_entities_are_refused():

@@ -18,7 +18,6 @@ from grabbergui.driver.gige.gvcp_messages import (
     encode_discovery,
     identity_texts,
     parse_mac,
-    text_of,
 )
 
 # Every number has its highest bit set, so that none is written or read as signed.
@@ -221,21 +220,6 @@ def test_an_open_camera_is_described_by_its_registers() -> None:
     assert identity_texts(lambda address, length: Identity().encode())["hardware_id"] == "", (
         "none is reported"
     )
-
-
-@pytest.mark.parametrize(
-    ("raw", "text"),
-    [
-        (b"Cam\0old\0er", "Cam"),
-        (b"full field", "full field"),
-        (b" a\x07b\n\0", "ab"),
-        (b"K\xc3\xa4fer\0", "Käfer"),
-        (b"K\xe4fer\0", "K\ufffdfer"),
-        (b"\0Cam", ""),
-    ],
-)
-def test_a_string_register_ends_at_its_first_zero(raw: bytes, text: str) -> None:
-    assert text_of(raw) == text
 
 
 def test_mac_addresses_in_every_spelling() -> None:

@@ -7,10 +7,11 @@ import pytest
 from numpy.typing import NDArray
 from u3v_bench import DATA, records
 
+from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
-from grabbergui.driver.u3v.bootstrap import Abrm, DeviceInfoDescriptor, Sbrm, read_description, split, string
+from grabbergui.driver.u3v.bootstrap import Abrm, DeviceInfoDescriptor, Sbrm, read_description, split
 from grabbergui.driver.u3v.gencp import CommandId, Packet
 from grabbergui.driver.u3v.stream_protocol import TransferPlan, is_leader
 from grabbergui.driver.u3v.usb import BulkInterface, RegisterAccess
@@ -53,7 +54,7 @@ def registers() -> RegisterAccess:
 
 
 def test_the_recorded_device_is_understood(registers: RegisterAccess) -> None:
-    assert string(registers.read(Abrm.MANUFACTURER_NAME, 64)) == "Simu"
+    assert text_field(registers.read(Abrm.MANUFACTURER_NAME, 64)) == "Simu"
     sbrm = registers.read_u64(Abrm.SBRM_ADDRESS)
     assert registers.read_u32(sbrm + Sbrm.MAXIMUM_ACKNOWLEDGE_TRANSFER) == 1024
     with pytest.raises(DeviceStatusError, match="invalid address"):
