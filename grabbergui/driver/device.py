@@ -18,7 +18,7 @@ import threading
 import zipfile
 import zlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
@@ -292,7 +292,7 @@ def parse_url(url: str) -> LocalFile | Path:
     raise RemoteProtocolError(f"the camera names its description '{url}'; only Local: and File: can be read")
 
 
-def fetch_description(urls: list[str], read: Callable[[int, int], bytes]) -> bytes:
+def fetch_description(urls: Iterable[str], read: Callable[[int, int], bytes]) -> bytes:
     """Return the XML behind the first URL that works; `read(address, length)` reads the device's memory.
 
     Raises TransportError with the problem of each URL.

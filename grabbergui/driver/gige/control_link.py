@@ -13,6 +13,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 
 from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import (
@@ -20,6 +22,8 @@ from grabbergui.core.errors import (
     AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
+    GrabberError,
+    RemoteProtocolError,
     TransportError,
 )
 from grabbergui.core.scheduling import wait_readable
@@ -289,6 +293,10 @@ def _limit_receive(opened: socket.socket, seconds: float) -> None:
 
 # -- memory of any length and alignment ----------------------------------------------------------
 _WORD = 4
+SHORTEST_CHUNK = 64
+"Bytes that a device is expected to read or write at once."
+_ABOUT_THE_PLACE = (Status.INVALID_ADDRESS, Status.WRITE_PROTECT, Status.ACCESS_DENIED, Status.BUSY)
+"Statuses that have nothing to do with the length of an access."
 _SPACE = 1 << 32
 "Bytes that 32-bit addresses reach."
 
@@ -308,14 +316,21 @@ class DeviceMemory:
         "Whether PENDING_ACK is enabled where the device has it."
         self._writes_memory = False
         "Whether the device knows WRITEMEM."
+        self._absent: set[int] = set()
+        "Registers that the device refused to read; it is not asked again."
+        self._protected: set[int] = set()
+        "Registers that it refused to write."
+        self._longest = dict.fromkeys((ReadMem, WriteMem), MEMORY_CHUNK)
+        "Bytes that one READMEM or WRITEMEM may have; some devices take fewer than the standard allows."
 
     def read(self, address: int, length: int) -> bytes:
         """Read exactly `length` bytes. Raises DeviceStatusError, TransportError, RemoteProtocolError."""
         first, end = self._aligned(address, length)
-        pieces = [
-            self._link.read_memory(at, min(MEMORY_CHUNK, end - at)) for at in range(first, end, MEMORY_CHUNK)
-        ]
-        return b"".join(pieces)[address - first :][:length]
+        data = bytearray()
+        while first + len(data) < end:
+            read = partial(self._link.read_memory, first + len(data))
+            data += self._shortened(ReadMem, end - first - len(data), read)
+        return bytes(data[address - first :][:length])
 
     def write(self, address: int, data: bytes) -> None:
         """Write all of `data`; a word covered in part is read first. Raises as `read`, AccessDeniedError."""
@@ -324,8 +339,9 @@ class DeviceMemory:
         if (first, end) != (address, address + len(data)):
             around = self.read(first, end - first)
             data = around[: address - first] + data + around[address - first + len(data) :]
-        for at in range(0, len(data), MEMORY_CHUNK):
-            self._write_aligned(first + at, data[at : at + MEMORY_CHUNK])
+        written = 0
+        while written < len(data):
+            written += self._write_aligned(first + written, data[written:])
 
     def read_register(self, register: int) -> int:
         """Read a 32-bit register as a number, whatever the order of its bytes. Raises as `read`."""
@@ -354,6 +370,41 @@ class DeviceMemory:
         self._aligned(address, len(data))
         self.write_register(address, int.from_bytes(data, "big"))
 
+    def read_optional(self, register: int, otherwise: int = 0) -> int:
+        """Read a register that a device need not have; one that refuses is asked once.
+
+        Returns `otherwise` without it. Raises TransportError, DeviceLostError, RemoteProtocolError.
+        """
+        if register in self._absent:
+            return otherwise
+        try:
+            return self.read_register(register)
+        except DeviceStatusError as error:
+            refusal: GrabberError = error
+        except AckTimeoutError as error:
+            self._link.read_register(Register.CCP)  # some devices do not answer what they refuse
+            refusal = error
+        self._absent.add(register)
+        log.info("the camera has no register 0x%04X: %s", register, refusal)
+        return otherwise
+
+    def write_optional(self, register: int, value: int) -> bool:
+        """Write a register that a device need not have, or may protect; return whether it took the value.
+
+        One that refuses is asked once. Raises TransportError, DeviceLostError.
+        """
+        if register in self._protected:
+            return False
+        try:
+            self.write_register(register, value)
+        except (DeviceStatusError, AccessDeniedError) as error:
+            if isinstance(error, DeviceStatusError) and error.status == Status.BUSY:
+                raise
+            self._protected.add(register)
+            log.info("the camera does not take %d in its register 0x%04X: %s", value, register, error)
+            return False
+        return True
+
     def read_text(self, field: Field) -> str:
         """Read a string register. Raises as `read`."""
         return text_field(self.read(field.address, field.length))
@@ -366,14 +417,42 @@ class DeviceMemory:
             )
         return first, end
 
-    def _write_aligned(self, address: int, data: bytes) -> None:
+    def _write_aligned(self, address: int, data: bytes) -> int:
+        """Write as much as one command takes; return the number of bytes."""
         if self._writes_memory:
-            self._execute_write(WriteMem(address, data))
-            return
+
+            def write(count: int) -> bytes:
+                self._execute_write(WriteMem(address, data[:count]))
+                return data[:count]
+
+            return len(self._shortened(WriteMem, len(data), write))
         word = struct.Struct("<I" if self.little_endian else ">I")
         for offset in range(0, len(data), _WORD):
             (value,) = word.unpack_from(data, offset)
             self._execute_write(WriteReg(((address + offset, value),)))
+        return len(data)
+
+    def _shortened(
+        self, command: type[ReadMem | WriteMem], wanted: int, execute: Callable[[int], bytes]
+    ) -> bytes:
+        """Execute a command for at most `wanted` bytes; learn how many a device takes that refuses many."""
+        while True:
+            count = min(wanted, self._longest[command])
+            try:
+                return execute(count)
+            except (DeviceStatusError, RemoteProtocolError) as error:
+                if count <= SHORTEST_CHUNK or getattr(error, "status", None) in _ABOUT_THE_PLACE:
+                    raise
+                refusal: GrabberError = error
+            # Shorter ones may be refused for the same reason, which is not their length then.
+            for shorter in (256, 128, SHORTEST_CHUNK):
+                if shorter < count:
+                    with suppress(DeviceStatusError, RemoteProtocolError):
+                        data = execute(shorter)
+                        self._longest[command] = shorter
+                        log.info("the camera takes %d bytes at a time: %s", shorter, refusal)
+                        return data
+            raise refusal
 
     def _execute_write(self, request: WriteReg | WriteMem) -> None:
         try:

@@ -32,7 +32,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
 from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
-from grabbergui.driver.gige.bootstrap import Capability, Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
 from grabbergui.driver.gige.control_channel import Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
@@ -103,7 +103,7 @@ class GigeDevice(Device):
                 memory.writable = True
                 privilege.offer(link, camera, memory.capability)
                 holder = privilege.holder_of(link, memory.capability)
-            timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
+            timeout_ms = memory.read_optional(Register.HEARTBEAT_TIMEOUT_MS, USUAL_HEARTBEAT_MS)
             self.lost, link.on_lost = "", self.report_lost
             controlling = access is Access.CONTROL
             if not controlling:
@@ -193,12 +193,11 @@ class GigeDevice(Device):
         ip = found.ip if found else self.name
         try:
             identity = found.identity if found else self._ask_identity(ip, memory)
-            mac = (link.read_register(Register.MAC_HIGH) & 0xFFFF) << 32 | link.read_register(
-                Register.MAC_LOW
-            )
-            mode = link.read_register(Register.DEVICE_MODE)
+            _require_readable(link)
+            mac = _mac_of(memory)
+            mode = memory.read_optional(Register.DEVICE_MODE, identity.device_mode)
             self._little_endian = not mode & bootstrap.BIG_ENDIAN_MODE
-            memory.capability = Capability(link.read_register(Register.GVCP_CAPABILITY))
+            memory.capability = Capability(memory.read_optional(Register.GVCP_CAPABILITY))
             self._tick_frequency = tick_frequency(memory)
         except AckTimeoutError as error:
             note = self._note_of(found) or "; check power, cable and address"
@@ -272,19 +271,19 @@ class GigeDevice(Device):
     def description(self) -> bytes:
         """Fetch the GenICam XML from the URL registers. Raises TransportError."""
         memory = self._opened()
-        urls = [memory.read_text(bootstrap.FIRST_URL), memory.read_text(bootstrap.SECOND_URL)]
-        return fetch_description(urls, memory.read)
+        fields = (bootstrap.FIRST_URL, bootstrap.SECOND_URL)
+        return fetch_description((_text_or_none(memory, field) for field in fields), memory.read)
 
     def bootstrap_registers(self) -> list[tuple[str, int, int]]:
         """Return GigE Vision's registers, of the stream channels those that the camera announces."""
-        channels = self._opened().read_register(Register.STREAM_CHANNELS) & bootstrap.STREAM_CHANNELS_MASK
+        channels = self._opened().read_optional(Register.STREAM_CHANNELS, 1) & bootstrap.STREAM_CHANNELS_MASK
         return bootstrap.known_registers(min(channels, MOST_CHANNELS))
 
     # -- events ----------------------------------------------------------------------------------
     def open_events(self) -> None:
         """Open the message channel, if the camera has one."""
         memory = self._opened()
-        if self._messages is not None or not memory.read_register(Register.MESSAGE_CHANNELS):
+        if self._messages is not None or not memory.read_optional(Register.MESSAGE_CHANNELS):
             return
         local_ip = self._require_interface().ip
         self._messages = MessageChannel(memory, self.info.address, local_ip, self.report_event)
@@ -312,6 +311,33 @@ class GigeDevice(Device):
     def _require_interface(self) -> Interface:
         assert self.interface is not None
         return self.interface
+
+
+USUAL_HEARTBEAT_MS = 3000
+"Timeout of a camera that does not report it."
+
+
+def _require_readable(link: ControlLink) -> None:
+    """Raise the refusal of a camera that another application has exclusive control of.
+
+    Every camera lets others read CCP otherwise, and some lets them read CCP alone.
+    """
+    if link.read_register(Register.CCP) & Control.EXCLUSIVE:
+        link.read_register(Register.GVCP_CAPABILITY)
+
+
+def _mac_of(memory: DeviceMemory) -> int:
+    """Return the MAC address as a number; 0 if the camera does not tell."""
+    high, low = memory.read_optional(Register.MAC_HIGH, -1), memory.read_optional(Register.MAC_LOW, -1)
+    return (high & 0xFFFF) << 32 | low if min(high, low) >= 0 else 0
+
+
+def _text_or_none(memory: DeviceMemory, field: bootstrap.Field) -> str:
+    try:
+        return memory.read_text(field)
+    except DeviceStatusError as error:
+        log.info("the camera has no text at 0x%04X: %s", field.address, error)
+        return ""
 
 
 # -- gige: sources -------------------------------------------------------------------------------

@@ -86,11 +86,17 @@ class Status(IntEnum):
 
 
 def status_text(status: int) -> str:
-    """Return a status as display text: `ACCESS_DENIED (0x8006)`."""
+    """Return a status as display text: `ACCESS_DENIED (0x8006)`, or of a maker's own."""
     try:
         return f"{Status(status).name} (0x{status:04X})"
     except ValueError:
-        return f"status 0x{status:04X}"
+        if status & DEVICE_SPECIFIC:
+            return f"status 0x{status:04X}, which its maker defines (see the camera's manual)"
+        return f"status 0x{status:04X}, which this program does not know"
+
+
+DEVICE_SPECIFIC = 0x4000
+"Bit of status codes that the maker of the device defines (GVCP, GVSP and GenCP)."
 
 
 _ACK_HEADER = struct.Struct(">HHHH")

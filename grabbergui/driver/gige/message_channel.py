@@ -114,10 +114,11 @@ class MessageChannel:
 
     def _open(self, local_ip: str) -> None:
         memory = self._memory
-        memory.write_register(Register.MCDA, ip_number(local_ip))
-        memory.write_register(Register.MCP, self._socket.getsockname()[1])
-        if memory.read_register(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
-            source_port = memory.read_register(Register.MCSP) & PORT_MASK
+        memory.write_optional(Register.MCDA, ip_number(local_ip))
+        if not memory.write_optional(Register.MCP, self._socket.getsockname()[1]):
+            log.warning("the camera opens no message channel, so its events do not arrive")
+        if memory.read_optional(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
+            source_port = memory.read_optional(Register.MCSP) & PORT_MASK
             if source_port:
                 # A datagram to the device's source port opens a stateful firewall for its messages.
                 self._socket.sendto(b"", (self._device_ip, source_port))

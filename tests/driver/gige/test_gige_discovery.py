@@ -197,10 +197,17 @@ class Scps:
     def __init__(self, current: int, path: int = 65535, *, fires: bool = True, largest: int = 9000) -> None:
         self.value, self.path, self.fires, self.largest = current, path, fires, largest
 
-    def read(self, register: int) -> int:
+    def read_optional(self, register: int, otherwise: int = 0) -> int:
         return self.value
 
-    def write(self, register: int, value: int) -> None:
+    def write_optional(self, register: int, value: int) -> bool:
+        try:
+            self.write_register(register, value)
+        except DeviceStatusError:
+            return False
+        return True
+
+    def write_register(self, register: int, value: int) -> None:
         assert register == 0x0D04
         size = value & 0xFFFF
         if size > self.largest:
@@ -210,7 +217,7 @@ class Scps:
             self.device.sendto(bytes(size - 28), self.host.getsockname())
 
     def settle(self, asked: str, interface: Interface, *, can_test: bool = True) -> int:
-        sizer = PacketSizer(StreamChannel(0), self.read, self.write, interface)
+        sizer = PacketSizer(StreamChannel(0), self, interface)  # type: ignore[arg-type]
         self.host = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.device = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         with self.host, self.device:
@@ -230,6 +237,8 @@ class Scps:
         ("keep", Scps(9000), ETHERNET, 9000),
         ("1402", Scps(9000), ETHERNET, 1400),
         ("9000", Scps(1500), ETHERNET, 1500),
+        ("auto", Scps(1440, largest=0), ETHERNET, 1440),
+        ("1400", Scps(9000, largest=0), ETHERNET, 9000),
     ],
 )
 def test_packet_sizes_fit_the_path(asked: str, scps: Scps, interface: Interface, size: int) -> None:

@@ -102,7 +102,11 @@ class Registers:
     def write_register(self, register: int, value: int) -> None:
         self.written[register] = value
 
-    def read_register(self, register: int) -> int:
+    def write_optional(self, register: int, value: int) -> bool:
+        self.written[register] = value
+        return True
+
+    def read_optional(self, register: int) -> int:
         return 0
 
 

@@ -89,7 +89,8 @@ def test_a_refusal_is_read_without_payload() -> None:
     denied = [ack for ack in refused if ack.failed]
     assert denied and {ack.status for ack in denied} == {Status.ACCESS_DENIED}
     assert gvcp.status_text(denied[0].status) == "ACCESS_DENIED (0x8006)"
-    assert gvcp.status_text(0x9999) == "status 0x9999"
+    assert gvcp.status_text(0x9999) == "status 0x9999, which this program does not know"
+    assert "its maker defines" in gvcp.status_text(0xC001)
 
 
 @pytest.mark.parametrize(

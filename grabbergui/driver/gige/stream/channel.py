@@ -11,7 +11,6 @@ from functools import cached_property
 
 from grabbergui.core.errors import (
     AccessDeniedError,
-    DeviceStatusError,
     GrabberError,
     TransportError,
     UsageError,
@@ -42,6 +41,7 @@ from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainS
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_settings import (
     SMALLEST,
+    UNKNOWN_SIZE,
     PacketDelayPolicy,
     PacketSizePolicy,
     PacketSizer,
@@ -180,11 +180,10 @@ class Stream:
                 join_multicast(receiver, group, self._interface.ip)
             self.port = receiver.getsockname()[1]
             destination = ip_number(group or self._interface.ip)
-            self._memory.write_register(self._channel.destination, destination)
+            if not self._memory.write_optional(self._channel.destination, destination):
+                log.warning("the camera keeps its own destination of the stream: %s", self._destination())
             self._memory.write_register(self._channel.port, self.port)
-            sizer = PacketSizer(
-                self._channel, self._memory.read_register, self._memory.write_register, self._interface
-            )
+            sizer = PacketSizer(self._channel, self._memory, self._interface)
             self.packet_size = sizer.settle(
                 self._options.packet_size, receiver, self._device_ip, can_test=self._tests_arrive
             )
@@ -199,22 +198,18 @@ class Stream:
     @cached_property
     def _version(self) -> int:
         """The major version of GigE Vision that the camera follows."""
-        return self._memory.read_register(Register.VERSION) >> 16
+        return self._memory.read_optional(Register.VERSION) >> 16
 
     def _has_extended_ids(self) -> bool:
         """Return whether the camera sends 64-bit block ids, which take twelve bytes of each packet."""
         if self._version < 2:
             return False  # the register came with GigE Vision 2.0
-        try:
-            configuration = self._memory.read_register(Register.GVSP_CONFIGURATION)
-        except DeviceStatusError as error:
-            log.debug("reading the GVSP configuration: %s", error)
-            return False
+        configuration = self._memory.read_optional(Register.GVSP_CONFIGURATION)
         return bool(configuration & GvspConfiguration.EXTENDED_IDS)
 
     def _listen_in(self, payload_size: int) -> socket.socket:
         """Join the multicast stream that another controller opened."""
-        group = ip_text(self._memory.read_register(self._channel.destination))
+        group = self._destination()
         port = self._memory.read_register(self._channel.port) & PORT_MASK
         if not is_multicast(group) or not port:
             sends = f"sends its frames to {group} alone" if port else "sends no frames yet"
@@ -226,7 +221,7 @@ class Stream:
         try:
             join_multicast(receiver, group, self._interface.ip)
             self.port = port
-            register = self._memory.read_register(self._channel.packet_size)
+            register = self._memory.read_optional(self._channel.packet_size, UNKNOWN_SIZE)
             self.packet_size = register & PACKET_SIZE_MASK
             self._big_endian = bool(register & PacketSizeFlag.BIG_ENDIAN_PIXELS)
         except BaseException:
@@ -234,9 +229,13 @@ class Stream:
             raise
         return receiver
 
+    def _destination(self) -> str:
+        """Return the address that frames go to; 0.0.0.0 if the camera does not tell."""
+        return ip_text(self._memory.read_optional(self._channel.destination))
+
     def _open_firewall(self, receiver: socket.socket) -> None:
         """Open a stateful firewall by a datagram to the port that frames are sent from."""
-        source_port = self._memory.read_register(self._channel.source_port) & PORT_MASK
+        source_port = self._memory.read_optional(self._channel.source_port) & PORT_MASK
         if source_port:
             try:
                 receiver.sendto(b"", (self._device_ip, source_port))
@@ -276,8 +275,8 @@ def make_pool(payload_size: int) -> BufferPool:
 
 def tick_frequency(memory: DeviceMemory) -> int:
     """Read the frequency of the device's clock in Hz; 0 if it has none. Raises as register reads do."""
-    high = memory.read_register(Register.TICK_FREQUENCY_HIGH)
-    return high << 32 | memory.read_register(Register.TICK_FREQUENCY_LOW)
+    high = memory.read_optional(Register.TICK_FREQUENCY_HIGH)
+    return high << 32 | memory.read_optional(Register.TICK_FREQUENCY_LOW)
 
 
 ALL_CHANNELS = -1
@@ -288,7 +287,7 @@ def chosen_channels(memory: DeviceMemory, wanted: int) -> Sequence[int]:
     """Return the indices that `wanted` means for this device. Raises UsageError, and as registers do."""
     if wanted == 0:
         return (0,)  # every streaming device has channel 0, even if its register claims otherwise
-    count = memory.read_register(Register.STREAM_CHANNELS) & STREAM_CHANNELS_MASK
+    count = memory.read_optional(Register.STREAM_CHANNELS, 1) & STREAM_CHANNELS_MASK
     if wanted == ALL_CHANNELS:
         return range(max(count, 1))
     if wanted >= count:

@@ -6,7 +6,6 @@ import logging
 import re
 import socket
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, UsageError
@@ -26,6 +25,8 @@ log = logging.getLogger(__name__)
 
 SMALLEST = 576
 "Bytes that every path carries."
+UNKNOWN_SIZE = 1500
+"Packet size of a camera that does not report it: most have it at power-on."
 STEP = 4
 "Packet sizes are multiples of it on most devices."
 TEST_WAIT = 0.05
@@ -61,13 +62,11 @@ class PacketSizer:
     def __init__(
         self,
         channel: StreamChannel,
-        read: Callable[[int], int],
-        write: Callable[[int, int], None],
+        memory: DeviceMemory,
         interface: Interface,
     ) -> None:
         self._register = channel.packet_size
-        self._read = read
-        self._write = write
+        self._memory = memory
         self._interface = interface
         self.big_endian = False
         "Byte order of pixels, which stands beside the size in the register, and stays."
@@ -83,7 +82,7 @@ class PacketSizer:
         test packets arrive at; none is requested unless `can_test`. Raises as register reads and writes do.
         """
         limit = min(self._interface.mtu, PACKET_SIZE_MASK)
-        register = self._read(self._register)
+        register = self._memory.read_optional(self._register, UNKNOWN_SIZE)
         current = register & PACKET_SIZE_MASK
         self.big_endian = bool(register & PacketSizeFlag.BIG_ENDIAN_PIXELS)
         if policy.mode == "keep" or (policy.mode == "auto" and self._interface.loopback and current):
@@ -92,7 +91,7 @@ class PacketSizer:
         if policy.mode == "fixed":
             if policy.size > limit:
                 log.warning("packet_size=%d: %s carries only %d", policy.size, self._interface.name, limit)
-            return self._set(min(policy.size, limit))
+            return self._set(min(policy.size, limit), current)
         return self._negotiate(current, limit, receiver, device_ip, can_test=can_test)
 
     def _negotiate(
@@ -105,17 +104,17 @@ class PacketSizer:
         if can_test:
             for size in sizes:
                 if self.arrives(size - size % STEP, receiver, device_ip):
-                    return self._set(size - size % STEP)
+                    return self._set(size, current)
             self.tests_arrive = False
             log.info("no test packet arrived; the packet size is kept at %d", current)
-        return self._set(min(current, limit)) if current > limit or can_test else current
+        return self._set(min(current, limit), current) if current > limit or can_test else current
 
     def arrives(self, size: int, receiver: socket.socket, device_ip: str) -> bool:
         """Return whether a test packet of `size` bytes, not to be fragmented, arrives."""
         flags = PacketSizeFlag.FIRE_TEST_PACKET | PacketSizeFlag.DO_NOT_FRAGMENT
         for _ in range(TEST_TRIES):
             try:
-                self._write(self._register, flags | self._kept | size)
+                self._memory.write_register(self._register, flags | self._kept | size)
             except (DeviceStatusError, AccessDeniedError):  # some devices do not answer what they refuse
                 return False
             deadline = time.monotonic() + TEST_WAIT
@@ -131,9 +130,13 @@ class PacketSizer:
     def _kept(self) -> int:
         return PacketSizeFlag.BIG_ENDIAN_PIXELS if self.big_endian else 0
 
-    def _set(self, size: int) -> int:
-        self._write(self._register, self._kept | size - size % STEP)
-        return self._read(self._register) & PACKET_SIZE_MASK
+    def _set(self, size: int, current: int) -> int:
+        size -= size % STEP
+        if not self._memory.write_optional(self._register, self._kept | size):
+            log.warning("the camera keeps its packet size of %d bytes", current)
+            self._warn_if_too_large(current, self._interface.mtu)
+            return current
+        return self._memory.read_optional(self._register, size) & PACKET_SIZE_MASK
 
     def _warn_if_too_large(self, size: int, limit: int) -> None:
         if size > limit:
@@ -215,8 +218,10 @@ def settle_delay(
         log.warning("this camera has no clock, so its packet delay cannot be set")
         return
     ticks = round(pause * frequency)
-    memory.write_register(channel.packet_delay, ticks)
-    held = memory.read_register(channel.packet_delay)
+    if not memory.write_optional(channel.packet_delay, ticks):
+        log.warning("the camera does not take a packet delay; its own stays")
+        return
+    held = memory.read_optional(channel.packet_delay, ticks)
     if abs(held - ticks) > max(1, ticks // 10):
         log.warning("packet delay of %d ticks was requested, the camera uses %d", ticks, held)
 
@@ -224,5 +229,5 @@ def settle_delay(
 def _link_of(memory: DeviceMemory) -> float:
     if not memory.capability & Capability.LINK_SPEED:
         return USUAL_LINK
-    megabits = memory.read_register(Register.LINK_SPEED)
+    megabits = memory.read_optional(Register.LINK_SPEED)
     return megabits * 1e6 / 8 if megabits else USUAL_LINK

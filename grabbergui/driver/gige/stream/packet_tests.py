@@ -23,7 +23,7 @@ def arriving_sizes(
     registers = (channel.packet_size, channel.destination, channel.port)
     before = [(register, memory.read_register(register)) for register in registers]
     sizes = {size - size % STEP for size in (*USUAL_SIZES, min(interface.mtu, 0xFFFF)) if size >= SMALLEST}
-    sizer = PacketSizer(channel, memory.read_register, memory.write_register, interface)
+    sizer = PacketSizer(channel, memory, interface)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind((interface.ip, 0))
         try:
