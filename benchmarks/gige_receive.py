@@ -21,7 +21,8 @@ import numpy as np
 
 from grabbergui.core.frame import Frame
 from grabbergui.driver.gige import gvsp
-from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
+from grabbergui.driver.gige.gvsp import Leader, Trailer
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.channel import make_pool

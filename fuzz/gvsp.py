@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from fuzz._input import Input, captured, joined, refusing
 from grabbergui.driver.gige import gvsp
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
@@ -60,7 +61,7 @@ def one_input(data: bytes) -> None:
 
 def _decode(source: Input) -> None:
     datagram = source.rest()
-    header = refusing(gvsp.PacketHeader.decode, datagram)
+    header = refusing(PacketHeader.decode, datagram)
     if header is None:
         return
     body = datagram[header.size :]
@@ -88,10 +89,10 @@ def _assemble(source: Input) -> None:
 def _goes_on(datagrams: list[bytes], stride: int) -> bool:
     announced: dict[int, int] = {}
     for datagram in datagrams:
-        header = refusing(gvsp.PacketHeader.decode, datagram)
+        header = refusing(PacketHeader.decode, datagram)
         if header is None:
             continue
-        if header.format == gvsp.PacketFormat.LEADER:
+        if header.format == PacketFormat.LEADER:
             leader = refusing(gvsp.Leader.decode, datagram[header.size :])
             if leader is not None and leader.payload_bytes is not None:
                 announced[header.block_id] = -(-leader.payload_bytes // stride)

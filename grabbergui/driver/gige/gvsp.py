@@ -1,7 +1,7 @@
-"""GVSP, the stream protocol of GigE Vision: packet headers, leaders and trailers.
+"""GVSP, the stream protocol of GigE Vision: leaders, trailers, and the positions of payload data.
 
-A block (one frame) is a leader, payload packets and a trailer, numbered by packet_id from 0. Integers are
-big-endian. No I/O; `stream.assembler` assembles packets.
+A block (one frame) is a leader, payload packets and a trailer, numbered by packet_id from 0; `packet_header`
+has the header of each. Integers are big-endian. No I/O; `stream.assembler` assembles packets.
 """
 
 from __future__ import annotations
@@ -14,29 +14,12 @@ from typing import ClassVar
 
 from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.gige.gvcp import Status
+from grabbergui.driver.gige.packet_header import PacketHeader
 
 IP_UDP_BYTES = 28
 "IP and UDP headers, which SCPS counts too."
-EXTENDED_BIT = 0x80
-"In the format byte: 64-bit block ids and a header of 20 bytes."
 CHUNK_BIT = 0x4000
 "In the payload type: chunks are appended. The rest is the kind, see `kind_in`."
-FLAG_RESEND = 0x1
-"In the flags of an extended header."
-
-
-class PacketFormat(IntEnum):
-    """Content of a packet."""
-
-    LEADER = 1
-    TRAILER = 2
-    PAYLOAD = 3
-    ALL_IN = 4
-    H264 = 5
-    MULTI_ZONE = 6
-    MULTI_PART = 7
-    GENDC = 8
 
 
 class PayloadKind(IntEnum):
@@ -94,65 +77,6 @@ _RESERVED: dict[int, int] = {PayloadKind.JPEG: 12, PayloadKind.JPEG2000: 12, Pay
 "Bytes behind that size."
 POSITIONED = frozenset((PayloadKind.H264, PayloadKind.MULTI_ZONE, PayloadKind.MULTI_PART, PayloadKind.GENDC))
 "Kinds whose payload packets have an additional header, most with the data's position."
-
-
-@dataclass(frozen=True)
-class PacketHeader:
-    """The first 8 or 20 bytes of a stream packet."""
-
-    STANDARD: ClassVar[struct.Struct] = struct.Struct(">HHI")
-    EXTENDED: ClassVar[struct.Struct] = struct.Struct(">HHB2xBQI")
-
-    format: int
-    "A `PacketFormat`, or a number that is none."
-    block_id: int
-    "1..65535, or 64 bits; 0 is a test packet."
-    packet_id: int
-    status: int = 0
-    extended: bool = False
-    flags: int = 0
-    parts: int = 0
-    "Number of parts, in the leader of a multi-part block."
-
-    @property
-    def size(self) -> int:
-        """Bytes of the header."""
-        return self.EXTENDED.size if self.extended else self.STANDARD.size
-
-    @property
-    def failed(self) -> bool:
-        """Whether the packet only reports a status and has no data."""
-        return bool(self.status & 0x8000)
-
-    @property
-    def sent_again(self) -> bool:
-        """Whether the device flags the packet as resent."""
-        return bool(self.flags & FLAG_RESEND) or self.status == Status.PACKET_RESEND
-
-    def encode(self) -> bytes:
-        """Return the header's bytes."""
-        if self.extended:
-            format_byte = self.format | EXTENDED_BIT
-            return self.EXTENDED.pack(
-                self.status, self.flags, format_byte, self.parts, self.block_id, self.packet_id
-            )
-        return self.STANDARD.pack(self.status, self.block_id, self.format << 24 | self.packet_id)
-
-    @classmethod
-    def decode(cls, datagram: bytes | memoryview) -> PacketHeader:
-        """Read the header only. Raises RemoteProtocolError."""
-        if len(datagram) < cls.STANDARD.size:
-            raise RemoteProtocolError(f"GVSP packet of {len(datagram)} bytes, need {cls.STANDARD.size}")
-        status, block_id, word = cls.STANDARD.unpack_from(datagram)
-        format_byte = word >> 24
-        if not format_byte & EXTENDED_BIT:
-            return cls(format_byte, block_id, word & 0xFFFFFF, status)
-        if len(datagram) < cls.EXTENDED.size:
-            raise RemoteProtocolError(
-                f"GVSP packet with extended ids of {len(datagram)} bytes, need {cls.EXTENDED.size}"
-            )
-        status, flags, format_byte, parts, block_id, packet_id = cls.EXTENDED.unpack_from(datagram)
-        return cls(format_byte & ~EXTENDED_BIT, block_id, packet_id, status, True, flags, parts)
 
 
 @dataclass(frozen=True)

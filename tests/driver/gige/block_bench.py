@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from grabbergui.core.frame import BufferPool
 from grabbergui.driver.gige.gvcp import PacketResend
-from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
+from grabbergui.driver.gige.gvsp import Leader, Trailer
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.resend import ResendPolicy

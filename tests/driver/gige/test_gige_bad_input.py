@@ -23,7 +23,8 @@ from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
 from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, Identity
-from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
+from grabbergui.driver.gige.gvsp import Leader, Trailer
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera

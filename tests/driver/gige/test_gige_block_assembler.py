@@ -24,7 +24,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
+from grabbergui.driver.gige.gvsp import Leader, PayloadKind, Trailer
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import MOST_PARTS
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 

@@ -10,7 +10,8 @@ from block_bench import HEIGHT, LAST, SIZE, STRIDE, WIDTH, Bench, block, ids, im
 from gige_transcripts import lines
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
-from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader, Trailer
+from grabbergui.driver.gige.gvsp import Trailer
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_sorting import distance

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.packet_sorting import packet_runs
 

@@ -22,14 +22,13 @@ from grabbergui.driver import gendc
 from grabbergui.driver.gige.gvsp import (
     GendcPosition,
     Leader,
-    PacketFormat,
-    PacketHeader,
     Part,
     PartPosition,
     PartType,
     PayloadKind,
     Trailer,
 )
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg

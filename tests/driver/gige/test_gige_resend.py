@@ -11,7 +11,7 @@ import pytest
 from block_bench import LAST, SIZE, STRIDE, Bench, block, ids, is_image
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
-from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.resend import (
     NEVER,

@@ -13,7 +13,7 @@ import pytest
 from block_bench import LAST, Bench, block, ids, is_image
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream import sockets
 from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.sockets import MEMBERS, buffer_bytes, stretch_bits, widen

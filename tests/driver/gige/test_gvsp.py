@@ -14,8 +14,6 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import (
     GendcPosition,
     Leader,
-    PacketFormat,
-    PacketHeader,
     Part,
     PartPosition,
     PartType,
@@ -23,6 +21,7 @@ from grabbergui.driver.gige.gvsp import (
     Trailer,
     payload_stride,
 )
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 
 STREAMS = [name for name in NAMES if any(lines(name, "D"))]
 

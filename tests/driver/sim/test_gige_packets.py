@@ -8,7 +8,8 @@ import pytest
 from grabbergui.core.errors import UsageError
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
+from grabbergui.driver.gige.gvsp import Leader, Trailer
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim.gige.packets import Block, DatagramBatch, test_packet, unavailable
 from grabbergui.driver.sim.gige.server import counted
 from grabbergui.driver.sim.gige.stream import Faults, PacketFaults

@@ -19,14 +19,20 @@ from numpy.typing import NDArray
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.gvcp import PacketResend, Status
-from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
+from grabbergui.driver.gige.gvsp import Leader
+from grabbergui.driver.gige.packet_header import (
+    EXTENDED,
+    STANDARD,
+    PacketFormat,
+    PacketHeader,
+    count_in_order,
+)
 from grabbergui.driver.gige.stream.block import Block, Layout, Places
 from grabbergui.driver.gige.stream.packet_sorting import (
     BlockHistory,
     Ids,
     Meaning,
     PacketRun,
-    count_in_order,
     distance,
     packet_runs,
 )
@@ -123,10 +129,10 @@ class BlockAssembler:
             if self._receive_in_order(rows, now):
                 return
             at = np.arange(len(rows))
-        if rows.shape[1] < PacketHeader.STANDARD.size:
+        if rows.shape[1] < STANDARD.itemsize:
             self._receive_singly(rows, at, now)
             return
-        for run in packet_runs(rows[at, : PacketHeader.EXTENDED.size]):
+        for run in packet_runs(rows[at, : EXTENDED.itemsize]):
             self._receive_run(rows, at[run.begin : run.end], run, now)
 
     def _receive_in_order(self, rows: NDArray[np.uint8], now: float) -> bool:
@@ -134,7 +140,7 @@ class BlockAssembler:
 
         Returns False, and does nothing, unless they are new full payload packets of an open block.
         """
-        if rows.shape[1] < PacketHeader.STANDARD.size or count_in_order(rows) < len(rows):
+        if rows.shape[1] < STANDARD.itemsize or count_in_order(rows) < len(rows):
             return False
         found = self._find_new(rows, rows.shape[1])
         if found is None:
@@ -166,7 +172,7 @@ class BlockAssembler:
 
     def _find_new(self, headers: NDArray[np.uint8], packet_length: int) -> tuple[Block, int] | None:
         """Return the open block and the first id of packets in order; None unless all are new and full."""
-        header = PacketHeader.decode(headers[0, : PacketHeader.EXTENDED.size].tobytes())
+        header = PacketHeader.decode(headers[0, : EXTENDED.itemsize].tobytes())
         block = self._open_block(header.block_id)
         first, end = header.packet_id, header.packet_id + len(headers)
         if (
@@ -195,7 +201,7 @@ class BlockAssembler:
         if len(at) == 1:
             self._receive_singly(rows, at, now)
             return
-        header = PacketHeader.decode(rows[at[0], : PacketHeader.EXTENDED.size].tobytes())
+        header = PacketHeader.decode(rows[at[0], : EXTENDED.itemsize].tobytes())
         bodies = rows[:, header.size :]
         full_packets = (
             header.format == PacketFormat.PAYLOAD

@@ -16,13 +16,12 @@ from grabbergui.driver.gige.gvsp import (
     POSITIONED,
     GendcPosition,
     Leader,
-    PacketFormat,
-    PacketHeader,
     PartPosition,
     PayloadKind,
     Trailer,
     kind_in,
 )
+from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.packet_sorting import PacketRun, id_runs
 from grabbergui.driver.gige.stream.resend import PacketAccount
 
@@ -191,7 +190,7 @@ class Block(PacketAccount):
         full = min(packets, self.layout.payload_size // stride)
         if self.highest >= full:
             return None
-        size = (PacketHeader.EXTENDED if self.extended else PacketHeader.STANDARD).size
+        size = (EXTENDED if self.extended else STANDARD).itemsize
         return Places(self.highest + 1, size, self.buffer[: full * stride].reshape(full, stride))
 
     def note_placed(self, end: int) -> None:

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, offset_of
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
 from grabbergui.driver.gige.stream.recvmmsg import (
@@ -45,6 +45,11 @@ PLACE_VECTORS = 2 * IOVEC.itemsize
 "Bytes of the vectors of one place: header and data."
 HEADER_END = struct.Struct(">I")
 "The packet id; in a standard header its first byte is the format."
+ID_AT = {
+    STANDARD.itemsize: offset_of(STANDARD, "format_and_packet_id"),
+    EXTENDED.itemsize: offset_of(EXTENDED, "packet_id"),
+}
+"Byte of a header of that size at which it begins."
 
 
 class Message(NamedTuple):
@@ -137,8 +142,9 @@ class InPlaceReader:
         source, device = self._source, self._device
         pitch, at, end = places.packet_length, places.first - 1, len(places.lines)
         headers, size = self._headers.data, self._headers.shape[1]
-        standard = size == PacketHeader.STANDARD.size
-        ending = (PacketFormat.PAYLOAD << 24 if standard else 0) + 1  # of the header of the first place
+        id_at = ID_AT[size]
+        # The last word of the header of the first place.
+        ending = (PacketFormat.PAYLOAD << 24 if size == STANDARD.itemsize else 0) + 1
         ends = [at]
         foreign = 0
         for _ in range(MOST_MESSAGES):
@@ -154,7 +160,7 @@ class InPlaceReader:
                 foreign += 1
                 continue
             joined = packet_length.value if control_length.value else length
-            (found,) = HEADER_END.unpack_from(headers, (at + 1) * size - HEADER_END.size)
+            (found,) = HEADER_END.unpack_from(headers, at * size + id_at)
             if joined != pitch or length % pitch or found != ending + at:
                 return ends, Message(at, length, joined), foreign, False
             at += length // pitch

@@ -15,23 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.device import FARTHEST_BLOCK, lost_between
-from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.gvsp import EXTENDED_BIT, FLAG_RESEND, PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader, decode_rows
 
 Ids = slice | NDArray[np.intp]
 "Packet ids, or rows: a `slice` of consecutive ones is faster."
-
-_WORD = slice(0, 8)
-"Standard: status, block id, format, packet id. Extended: status, flags, format, parts and no id."
-_BLOCK_ID = slice(8, 16)
-_PACKET_ID = slice(16, 20)
-_ID_BITS = np.uint64(24)
-_ID_MASK = np.uint64((1 << 24) - 1)
-_EXTENDED = np.uint64(EXTENDED_BIT << 24)
-_RESENT = np.uint64(Status.PACKET_RESEND << 48)
-"Status of a resent packet in a standard header."
-_EXTENDED_RESENT = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
-"Status of a resent packet in an extended header, or its resend flag."
 
 
 class PacketRun(NamedTuple):
@@ -75,59 +62,12 @@ class PacketRun(NamedTuple):
         return first
 
 
-def count_in_order(rows: NDArray[np.uint8]) -> int:
-    """Return how many packets, from the first on, are consecutive and not resent: on a good network all.
-
-    The `rows` are as in `packet_runs`.
-    """
-    words = _numbers(rows[:, _WORD], ">u8")
-    extended = bool(words[0] & _EXTENDED)
-    if words[0] & (_EXTENDED_RESENT if extended else _RESENT):
-        return 0
-    if not extended:
-        breaks = words[1:] - words[:-1] != 1
-    elif rows.shape[1] >= PacketHeader.EXTENDED.size:
-        breaks = words[1:] != words[:-1]
-        breaks |= np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")) != 0
-        breaks |= np.diff(_numbers(rows[:, _PACKET_ID], ">u4")) != 1
-    else:
-        return 0
-    return int(breaks.argmax()) + 1 if breaks.any() else len(rows)
-
-
 def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
     """Divide rows (n, length), which begin with a standard header at least, into runs."""
-    words = _numbers(rows[:, _WORD], ">u8")
-    extended = (words & _EXTENDED).astype(bool)
-    if extended.any():
-        numbers, flags, differs = _extended(rows, words, extended)
-    else:
-        numbers, flags = words & _ID_MASK, words & _RESENT
-        kinds = (words ^ flags) >> _ID_BITS
-        differs = kinds[1:] != kinds[:-1]
-    ids, resent = numbers.astype(np.intp), flags.astype(bool)
+    ids, resent, differs = decode_rows(rows)
     breaks = (differs.nonzero()[0] + 1).tolist()
     for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
         yield PacketRun.of(begin, end, ids[begin:end], resent[begin:end])
-
-
-def _extended(
-    rows: NDArray[np.uint8], words: NDArray[np.uint64], extended: NDArray[np.bool_]
-) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.bool_]]:
-    """Return packet ids, resend flags, and which rows differ from the one before. Some are extended."""
-    flags = words & np.where(extended, _EXTENDED_RESENT, _RESENT)
-    kinds = (words ^ flags) >> _ID_BITS
-    differs = kinds[1:] != kinds[:-1]
-    if rows.shape[1] < PacketHeader.EXTENDED.size:
-        return words & _ID_MASK, flags, differs | extended[1:]
-    ids = np.where(extended, _numbers(rows[:, _PACKET_ID], ">u4"), words & _ID_MASK)
-    other_block = np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")) != 0
-    return ids, flags, differs | (extended[1:] & other_block)
-
-
-def _numbers(columns: NDArray[np.uint8], kind: str) -> NDArray[np.uint64]:
-    """Return a big-endian number from each row."""
-    return columns.view(kind)[:, 0].astype(np.uint64)
 
 
 # -- runs of packet ids --------------------------------------------------------------------------

@@ -19,9 +19,10 @@ import struct
 import sys
 import threading
 from collections.abc import Callable, Iterable
+from typing import Final
 
 from grabbergui.core.errors import ResourceExhaustedError, TransportError
-from grabbergui.driver.gige.gvsp import EXTENDED_BIT
+from grabbergui.driver.gige.packet_header import EXTENDED, EXTENDED_BIT, STANDARD, offset_of
 
 log = logging.getLogger(__name__)
 
@@ -183,9 +184,9 @@ _SHIFT_RIGHT, _AND, _RETURN_CHOSEN = 0x74, 0x54, 0x16
 
 MEMBERS = 32
 "Sockets at one port, a power of two."
-FORMAT_AT = 4
-"Of the format byte in a stream packet, and of the word that ends in a standard packet_id."
-EXTENDED_ID_AT = 16
+FORMAT_AT: Final = offset_of(STANDARD, "format_and_packet_id")
+"Byte of a packet's format, and of the word that ends in a standard packet_id."
+EXTENDED_ID_AT: Final = offset_of(EXTENDED, "packet_id")
 
 
 def widen(receiver: socket.socket, wanted: int, packet_bytes: int) -> list[socket.socket]:

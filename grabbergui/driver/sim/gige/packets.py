@@ -24,12 +24,9 @@ from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import (
     CHUNK_BIT,
-    FLAG_RESEND,
     IP_UDP_BYTES,
     GendcPosition,
     Leader,
-    PacketFormat,
-    PacketHeader,
     Part,
     PartPosition,
     PartType,
@@ -37,6 +34,7 @@ from grabbergui.driver.gige.gvsp import (
     Trailer,
     payload_stride,
 )
+from grabbergui.driver.gige.packet_header import FLAG_RESEND, PacketFormat, PacketHeader
 from grabbergui.driver.sim.contents import FILE_NAME, Piece, pieces
 from grabbergui.driver.sim.model import FramePlan
 
