@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +47,7 @@ def _report(options: argparse.Namespace) -> int:
     from grabbergui.driver.twin import report_file
     from grabbergui.report.collect import ReportOptions, report_on
     from grabbergui.report.stand_ins import without_names
-    from grabbergui.report.summary import contents, with_readme
+    from grabbergui.report.summary import contents, file_name, with_readme
 
     if options.out is not None:
         _check_new(options.out)
@@ -59,7 +58,7 @@ def _report(options: argparse.Namespace) -> int:
     if not kept:
         report = without_names(report)
     lines = contents(report, names_kept=kept)
-    path = options.out or Path(_file_name(report.info.model))
+    path = options.out or Path(file_name(report))
     _check_new(path)
     if not options.json:
         print("\n".join((f"{path} will contain", *(f"  {line}" for line in lines))), flush=True)
@@ -76,9 +75,3 @@ def _check_new(path: Path) -> None:
     check_folder_of(path)
     if path.exists():
         raise ExistingFileError(f"{path} exists already; give another name with --out")
-
-
-def _file_name(model: str) -> str:
-    """Return a name for the file; the model's name comes from the camera, so only a few characters stay."""
-    plain = "".join(c if c.isascii() and c.isalnum() else "-" for c in model).strip("-")[:40]
-    return f"report-{plain or 'camera'}-{time.strftime('%Y%m%d-%H%M%S')}.zip"

@@ -87,6 +87,23 @@ def report_of(grabber: FrameGrabber, options: ReportOptions, progress: Progress)
         return draft.report(_log_text(book))
 
 
+def report_of_open(
+    grabber: FrameGrabber | None, book: LogBook, options: ReportOptions, progress: Progress
+) -> CameraReport:
+    """Return the report of an open grabber that others use, with the log in `book`; takes seconds.
+
+    None: of this computer alone. A stream that runs is recorded; none is started, and no packet is tested.
+    """
+    draft = _Draft(grabber.info if grabber is not None else DeviceInfo(""), options, progress)
+    draft.ask_network()
+    if isinstance(grabber, Camera):
+        draft.ask_open(grabber)
+    elif grabber is not None:
+        draft.ask_open_remote(grabber)
+    draft.ask_computer()
+    return draft.report(_log_text(book))
+
+
 @contextmanager
 def _logged() -> Iterator[LogBook]:
     book = LogBook()
@@ -161,14 +178,19 @@ class _Draft:
             recorder.close()
             self._take(recorder, {})
 
-    def ask_window(self, camera: Camera, grabber: FrameGrabber) -> None:
-        """Ask a camera that is open and in use. Its stream is not touched."""
+    def ask_open(self, camera: Camera) -> None:
+        """Ask a camera that is open and in use."""
         recorder = RecordedDevice(camera.device)
-        with camera.exclusive():
-            recorder.described = camera.device.description()
+        with self._step("reading the registers"), camera.exclusive():
+            recorder.description()
             self._ask_bootstrap(recorder)
-            names = self._ask_nodes(recorder)
-        self._take(recorder, names)
+            self._take(recorder, self._ask_nodes(recorder))
+        if camera.streaming:
+            self._ask_frames(camera)
+
+    def ask_open_remote(self, grabber: FrameGrabber) -> None:
+        """Ask an open source that is no camera of this computer."""
+        self._ask_features(grabber)
         if grabber.streaming:
             self._ask_frames(grabber)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -11,6 +12,12 @@ from grabbergui.driver.twin.report_file import CameraReport
 def contents(report: CameraReport, *, names_kept: bool) -> list[str]:
     """Return a line for each part of the report."""
     return ["".join(c if c.isprintable() else "?" for c in line) for line in _lines(report, names_kept)]
+
+
+def file_name(report: CameraReport) -> str:
+    """Return a name for the file; the model's name comes from the camera, so only a few characters stay."""
+    plain = "".join(c if c.isascii() and c.isalnum() else "-" for c in report.info.model).strip("-")[:40]
+    return f"report-{plain or 'camera'}-{time.strftime('%Y%m%d-%H%M%S')}.zip"
 
 
 def with_readme(report: CameraReport, *, names_kept: bool) -> CameraReport:

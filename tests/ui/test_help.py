@@ -8,6 +8,8 @@ from PyQt5.QtWidgets import QAbstractButton, QApplication, QDockWidget, QWhatsTh
 
 from grabbergui.core.environment import MANUAL
 from grabbergui.doctor import good, problem
+from grabbergui.driver.twin import report_file
+from grabbergui.report import computer
 from grabbergui.ui.controllers.help import HelpController
 
 
@@ -85,3 +87,28 @@ def test_other_events_do_not_come_by_but_while_something_is_asked(app, monkeypat
     assert events_of_a_child() > 0
     QWhatsThis.leaveWhatsThisMode()
     assert events_of_a_child() == 0
+
+
+def test_a_camera_is_reported_while_it_streams(app, monkeypatch, tmp_path):
+    monkeypatch.setattr(computer, "network", lambda: {"interfaces": [], "discovery": []})
+    monkeypatch.setattr(computer, "findings", list)
+    monkeypatch.setattr("grabbergui.ui.controllers.report.FRAMES", 5)
+    app.connect()
+    file = tmp_path / "camera.zip"
+    monkeypatch.setattr(app.program.report._files, "to_save", lambda title, name, kinds: file)
+    app.window.actionReport.trigger()
+    dialog = app.program.report.dialog
+    save = dialog.saveButton
+    assert not save.isEnabled()
+    app.until(save.isEnabled)
+    assert (
+        "136 features" in dialog.text.toPlainText() and "replaced by stand-ins" in dialog.text.toPlainText()
+    )
+    dialog.namesBox.setChecked(True)
+    assert "AS THEY ARE" in dialog.text.toPlainText()
+    assert not file.exists(), "it says what is inside before it is written"
+    save.click()
+    app.until(file.exists)
+    report = report_file.load(file)
+    assert report.info.serial == "SIM001" and report.stream.frames and not report.pixels
+    assert app.program.report.dialog is None

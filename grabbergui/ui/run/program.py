@@ -38,6 +38,7 @@ from grabbergui.ui.controllers.image import (
 from grabbergui.ui.controllers.lut import LutController
 from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
+from grabbergui.ui.controllers.report import ReportController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController, StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
@@ -134,6 +135,7 @@ class Program(QObject):
         self.calibrating.saved.connect(self.calibration.load)
         self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
+        self.report = ReportController(window.actionReport, window, files, connection, self.log_book, said)
         self._settings_to_compare: Path | None = None
         self._down = False
         self._join()

@@ -147,6 +147,7 @@ class MainWindow(QMainWindow):
     actionManual: QAction
     actionWhatsThis: QAction
     actionDoctor: QAction
+    actionReport: QAction
     actionShortcuts: QAction
     actionAbout: QAction
     actionThemeAuto: QAction
