@@ -212,12 +212,16 @@ class _Draft:
             replace(read, name=standard.get(place) or names.get(place, read.name))
             for place, read in sorted(recorder.reads.items())
         ]
+        device = recorder.device
+        little_endian, numbers = device.word_order if isinstance(device, GigeDevice) else (False, False)
         kept = {(read.address, read.length): read.name for read in self._report.registers if read.name}
         self._report = replace(
             self._report,
             info=recorder.info,
             chunk_layout=recorder.chunk_layout,
             event_layout=recorder.event_layout,
+            little_endian=little_endian,
+            numbers=numbers,
             description=recorder.described,
             bootstrap=tuple(read for read in reads if (read.address, read.length) in standard),
             registers=tuple(

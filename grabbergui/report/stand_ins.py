@@ -12,14 +12,13 @@ import getpass
 import ipaddress
 import re
 import socket
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from grabbergui.core.environment import home
-from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.twin.report_file import CameraReport, RegisterAccess
 
 SHORTEST = 4
@@ -33,8 +32,6 @@ _SERIALS = ("DeviceSerialNumber", "DeviceID")
 _USER_NAMES = ("DeviceUserID",)
 _IP_REGISTERS = ("CURRENT_IP", "CURRENT_GATEWAY", "PERSISTENT_IP", "PERSISTENT_GATEWAY",
                  "PRIMARY_APPLICATION_IP", "MCDA", "SCDA")  # fmt: skip
-_BIG_ENDIAN = 0x80
-"In the first byte of the device mode, as a device with big-endian memory has it."
 
 _IP = re.compile(r"(?<![\d.])(?:\d{1,3}\.){3}\d{1,3}(?![\d.]*\d)")
 _MAC = re.compile(r"[0-9a-f]{2}(?::[0-9a-f]{2}){5}", re.IGNORECASE)
@@ -192,7 +189,7 @@ class _Names:
                 self._add_name(mac, "G")
         addresses = [info.address, *_column(answers, "ip"), *_column(answers, "gateway")]
         addresses += _column(report.computer.get("interfaces", []), "ip")
-        for address in (*addresses, *_addresses_in(report.bootstrap)):
+        for address in (*addresses, *_addresses_in(report)):
             if _IP.fullmatch(address):
                 self._add_address(address)
         host, user = socket.gethostname(), _user()
@@ -277,13 +274,12 @@ def _column(rows: Iterable[Mapping[str, Any]], name: str) -> list[str]:
     return [str(row.get(name, "")) for row in rows]
 
 
-def _addresses_in(bootstrap: Sequence[RegisterAccess]) -> list[str]:
+def _addresses_in(report: CameraReport) -> list[str]:
     """Return the IP addresses in GigE Vision's registers."""
-    mode = next((each.data for each in bootstrap if each.address == Register.DEVICE_MODE), None)
-    big = mode is None or bool(mode[0] & _BIG_ENDIAN)
+    big = report.numbers or not report.little_endian
     return [
         socket.inet_ntoa(each.data if big else each.data[::-1])
-        for each in bootstrap
+        for each in report.bootstrap
         if each.data is not None and len(each.data) == 4 and each.name.rstrip("0123456789") in _IP_REGISTERS
     ]
 

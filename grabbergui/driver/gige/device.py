@@ -245,6 +245,11 @@ class GigeDevice(Device):
         else:
             memory.write(address, data)
 
+    @property
+    def word_order(self) -> tuple[bool, bool]:
+        """Whether the camera says that its memory is little-endian; whether words are read as numbers."""
+        return self._little_endian, self._numbers
+
     def read_number(self, register: int) -> int:
         """Read a 32-bit register of the standard. Raises as `DeviceMemory.read`."""
         return self._opened().read_register(register)

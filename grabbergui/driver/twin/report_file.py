@@ -127,6 +127,10 @@ class CameraReport:
     info: DeviceInfo
     chunk_layout: DataLayout | None = None
     event_layout: DataLayout | None = None
+    little_endian: bool = False
+    "Whether a GigE Vision camera says that its memory is little-endian."
+    numbers: bool = False
+    "Whether aligned words were read as numbers, by READREG, and are big-endian here whatever the memory is."
     description: bytes = b""
     "As the device's, unzipped; empty if it could not be read."
     registers: tuple[RegisterAccess, ...] = ()
@@ -164,6 +168,8 @@ def encode(report: CameraReport) -> bytes:
                 "info": report.info.as_dict(),
                 "chunk_layout": report.chunk_layout and report.chunk_layout.value,
                 "event_layout": report.event_layout and report.event_layout.value,
+                "little_endian": report.little_endian,
+                "numbers": report.numbers,
                 "problems": report.problems,
                 "features": report.features,
             }
@@ -254,8 +260,9 @@ class _Members:
         self._archive = archive
         self._names = frozenset(archive.namelist())
 
-    def content(self, name: str, most: int = MAX_MEMBER_BYTES) -> bytes | None:
-        """Return a member; None without it."""
+    def content(self, name: str, most: int | None = None) -> bytes | None:
+        """Return a member; None without it. Raises UsageError beyond `most` bytes (MAX_MEMBER_BYTES)."""
+        most = MAX_MEMBER_BYTES if most is None else most
         if name not in self._names:
             return None
         if self._archive.getinfo(name).compress_type not in _METHODS:
@@ -287,6 +294,8 @@ def _decode(members: _Members) -> CameraReport:
         info=DeviceInfo(**{name: _text(value) for name, value in dict(camera["info"]).items()}),
         chunk_layout=_layout(camera.get("chunk_layout")),
         event_layout=_layout(camera.get("event_layout")),
+        little_endian=bool(camera.get("little_endian")),
+        numbers=bool(camera.get("numbers")),
         description=members.content(DESCRIPTION, MAX_XML_BYTES) or b"",
         registers=_list(registers, "registers", MOST_ACCESSES, _access),
         bootstrap=_list(registers, "bootstrap", MOST_ACCESSES, _access),
