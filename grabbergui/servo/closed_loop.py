@@ -16,7 +16,7 @@ import numpy as np
 from typing_extensions import override
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.geometry import Pose
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.markers import MarkerDetection, dictionary_number
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import FrameGrabber
@@ -32,6 +32,7 @@ from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import Detector, FaceSearch, Sighting, face_detector, marker_detector
 from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.faults import STRANGER_PERIOD, Faults, ImageFaults
@@ -188,6 +189,22 @@ def computed_sighting(camera: Pose, board: Pose | None, marker: MarkerConfig, ca
     return Sighting(captured, (MarkerDetection(marker.id, pixels, seen),))
 
 
+def looking_at(model: KinematicModel, thing: Pose) -> tuple[float, float]:
+    """Return pan and tilt, radians, that bring something in the base nearest to the middle of the image."""
+    head = model.head
+
+    def off(pan: float, tilt: float) -> float:
+        seen = geometry.inverse(model.camera_pose(np.array((pan, tilt)))) @ thing[:, 3]
+        return math.acos(min(max(seen[2] / float(np.linalg.norm(seen[:3])), -1.0), 1.0))
+
+    directions = [(float(pan), float(tilt)) for pan in _spread(head, 0) for tilt in _spread(head, 1)]
+    return min(directions, key=lambda direction: off(*direction))
+
+
+def _spread(head: Chain, joint: int) -> Vector:
+    return np.linspace(head.low[joint], head.high[joint], 25)
+
+
 def in_base(robot: SimRobot, thing: Pose) -> Pose:
     """Return a pose in the room as seen from the robot's base."""
     return geometry.inverse(robot.model.stands) @ thing
@@ -215,7 +232,7 @@ class ClosedLoop:
     things: Things = field(default_factory=Things)
     head: tuple[float, float] = (0.0, 0.0)
     "First pan and tilt, radians."
-    arm: geometry.Vector | None = None
+    arm: Vector | None = None
     fps: float = 25.0
     latency: float = 0.04
     "Seconds from the middle of an exposure until its detections are known."

@@ -1,6 +1,8 @@
 """Faults of simulated robots: what is reported, which images arrive, and when, without a clock."""
 
+import re
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
 from grabbergui.servo import closed_loop
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.faults import DEFAULT_AFTER, FAULTS, Fault, Faults, ImageFaults
+from grabbergui.servo.robots.fault_list import DEFAULT_AFTER, FAULTS, Fault
+from grabbergui.servo.robots.faults import Faults, ImageFaults
 from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.robots.simulated import SimRobot
 
@@ -176,11 +179,17 @@ def test_a_stranger_moves_a_hand_only_while_twists_are_obeyed():
     assert robot.speed == 0
 
 
+def test_the_manual_lists_every_fault():
+    manual = (Path(__file__).parents[2] / "docs/servoing.md").read_text("utf-8")
+    listed = re.findall(r"^\| `([a-z-]+)` \|", manual, re.MULTILINE)
+    assert listed == list(FAULTS)
+
+
 @pytest.mark.parametrize("name", FAULTS)
 def test_every_fault_can_be_run_without_a_clock(name):
-    faults = Faults([Fault(name, 0.2)])
+    faults = Faults([Fault(name, 0.1)])
     run = closed_loop.ClosedLoop(rendered=False, head=closed_loop.AT_BOARD, faults=faults)
-    run.run(2.5)
+    run.run(1.2)
     assert faults.active(run.now) == [name]
     assert isinstance(run.robot.truth(), RobotState)
     assert run.robot.truth().sound

@@ -162,6 +162,11 @@ class SimRobot(Robot):
             return self.model.stands @ self.model.camera_pose(angles)
 
     @property
+    def silent(self) -> bool:
+        """Whether the robot sends no readings at present."""
+        return self.faults.since("readings-stop", self.truth().time) is not None
+
+    @property
     def speed(self) -> float:
         """The speed of the fastest joint, rad/s."""
         with self._lock:

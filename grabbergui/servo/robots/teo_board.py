@@ -87,6 +87,8 @@ class SimulatedBoard:
             if self._velocity.any():
                 self._robot.move_head(self._velocity)
             angles, modes, stamp = self._robot.state().head, list(self._modes), self._stamp().encode()
+        if self._robot.silent:
+            return
         state = messages.extended_state(angles, modes, self._dialect)
         self._state.write(messages.encoders(angles).encode(self._dialect), envelope=stamp)
         self._extended_state.write(state.encode(self._dialect), envelope=stamp)
@@ -181,7 +183,7 @@ class SimulatedBoard:
 
     def _obey(self, what: str, rest: list[Item]) -> bool:
         """Carry out a request; return False if it is unknown or not allowed in this mode."""
-        angles = self._robot.state().head
+        angles = self._robot.truth().head
         if what in ("rels", "poss"):
             target = np.radians(messages.numbers(rest[0], self._joints))
             return self._move(target + angles if what == "rels" else target)
@@ -214,7 +216,7 @@ class SimulatedBoard:
 
     def _goal(self) -> Vector:
         """Return the joints' target, or their position without one."""
-        return np.array(self._robot.state().head if self._target is None else self._target)
+        return np.array(self._robot.truth().head if self._target is None else self._target)
 
     def _point(self, target: Vector, fastest: Vector) -> None:
         self._velocity, self._target = np.zeros(self._joints), target

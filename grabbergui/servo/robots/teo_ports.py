@@ -77,11 +77,12 @@ class SimulatedCartesian:
         """Move the arm, and stream its pose. Call it every few milliseconds."""
         with self._changed:
             if self._target is not None:
-                self._approach(self._robot.state().hand, self._target)
+                self._approach(self._robot.truth().hand, self._target)
             elif self._twist is not None:
                 self._robot.move_hand(self._in_base(self._twist))
             status = self._status()
-        self._stream.write(status.encode(self._dialect))
+        if not self._robot.silent:
+            self._stream.write(status.encode(self._dialect))
 
     def stop(self) -> None:
         """End the current motion, and the calls that wait for it."""
@@ -168,7 +169,7 @@ class SimulatedCartesian:
         target = None
         if how != "movv":
             if how == "relj" and not self._in_hand:  # the reference adds the numbers, too
-                values = values + geometry.vector_from_pose(self._robot.state().hand)
+                values = values + geometry.vector_from_pose(self._robot.truth().hand)
             target = self._absolute(values)
             if self._joints_at(target) is None:
                 return False
@@ -207,11 +208,11 @@ class SimulatedCartesian:
 
     def _absolute(self, values: Vector) -> Pose:
         pose = geometry.pose_from_vector(values)
-        return self._robot.state().hand @ pose if self._in_hand else pose
+        return self._robot.truth().hand @ pose if self._in_hand else pose
 
     def _in_base(self, twist: Vector) -> Vector:
         """Return a twist, given along the configured axes, along the base's."""
-        turn = self._robot.state().hand[:3, :3] if self._in_hand else np.eye(3)
+        turn = self._robot.truth().hand[:3, :3] if self._in_hand else np.eye(3)
         return np.concatenate((turn @ twist[:3], turn @ twist[3:]))
 
     @property
@@ -219,7 +220,7 @@ class SimulatedCartesian:
         return self._settings["cpf"] == Vocab("cpft")
 
     def _joints_at(self, target: Pose) -> Vector | None:
-        arm = self._robot.state().arm
+        arm = self._robot.truth().arm
         return self._robot.model.arm.inverse(target, self._robot.model.home if arm is None else arm)
 
     def _status(self) -> Bottle:
@@ -275,5 +276,5 @@ class TeoPorts:
         self._head.step()
         self._arm.step()
         state = self._robot.state()
-        if state.arm is not None:
+        if state.arm is not None and not self._robot.silent:
             self._arm_encoders.write(messages.encoders(state.arm).encode(self._dialect))

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, Vector, pose, rotation_from_quaternion
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.servo.robots.tiago import BASE
+from grabbergui.servo.robots.robot import RobotState
+from grabbergui.servo.robots.tiago import ARM_JOINTS, BASE, HEAD_JOINTS, HEAD_SIGNS
 
 PACKAGES = ("geometry_msgs.msg", "sensor_msgs.msg", "trajectory_msgs.msg")
 """The message packages that drive a TIAGo."""
@@ -212,6 +213,17 @@ def read_twist(message: Any) -> Vector:
 # -- readings ------------------------------------------------------------------------------------
 CLOCK_SET_BACK_S = 0.5
 "Seconds for which older stamps must advance without a newer one, until the clock counts as set back."
+
+
+def joint_state(reading: RobotState, stamp: Any) -> Any:
+    """Return the `sensor_msgs/JointState` of a reading."""
+    from sensor_msgs.msg import JointState
+
+    message = JointState(name=[*HEAD_JOINTS, *ARM_JOINTS])
+    message.header.stamp = stamp
+    arm = () if reading.arm is None else reading.arm
+    message.position = [float(angle) for angle in (*(HEAD_SIGNS * reading.head), *arm)]
+    return message
 
 
 class JointReadings:

@@ -132,7 +132,6 @@ class TiagoTopics:
         from sensor_msgs.msg import JointState
 
         node = self._ros.node
-        self._joint_state = JointState
         self._states = node.create_publisher(JointState, topics.joint_states, 5)
         self.controllers = {HEAD: self._head_controller(node, topics.head)}
         if stock:
@@ -162,13 +161,13 @@ class TiagoTopics:
             self._robot.point_head(tiago.HEAD_SIGNS * angles, head.fastest)
 
         follower = Follower(tiago.HEAD_JOINTS, low, high)
-        return TrajectoryTopic(node, topic, follower, lambda: tiago.HEAD_SIGNS * self._robot.state().head, go)
+        return TrajectoryTopic(node, topic, follower, lambda: tiago.HEAD_SIGNS * self._robot.truth().head, go)
 
     def _arm_controller(self, node: Any, topic: str) -> TrajectoryTopic:
         arm = self._robot.model.arm
 
         def angles() -> Vector:
-            measured = self._robot.state().arm
+            measured = self._robot.truth().arm
             assert measured is not None
             return measured
 
@@ -195,12 +194,9 @@ class TiagoTopics:
             log.warning("%s: refused %s", self._topics.arm, error)
 
     def _publish_state(self) -> None:
-        state = self._robot.state()
-        message = self._joint_state(name=[*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS])
-        message.header.stamp = self._ros.node.get_clock().now().to_msg()
-        arm = () if state.arm is None else state.arm
-        message.position = [float(angle) for angle in (*(tiago.HEAD_SIGNS * state.head), *arm)]
-        self._states.publish(message)
+        if not self._robot.silent:
+            stamp = self._ros.node.get_clock().now().to_msg()
+            self._states.publish(messages.joint_state(self._robot.state(), stamp))
 
     def _publish_frames(self, node: Any) -> Any:
         """Where the camera sits on the head, on `/tf_static`; the publisher, None without tf's messages."""

@@ -1,0 +1,456 @@
+"""Runs the servo program against simulated robots with faults, and measures where the hand truly went.
+
+Each trial runs two commands, as anybody can: `grabbergui simulate-teo` or `simulate-tiago` with `--marker`,
+`--fault` and `--truth`, and `grabbergui servo` on the same YARP network or in the same ROS domain. The
+figures come from the simulator's record of the truth; nothing of the servo program takes part in them.
+With `--simulated-time` the loop runs in this process, without images, networks and a clock.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks._priority import run_as_others
+from grabbergui.calibration.geometry import Pose
+from grabbergui.core.scheduling import single_threaded
+from grabbergui.driver.sim.rendered_scene import Things, at
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
+from grabbergui.servo.robots import teo, tiago
+from grabbergui.servo.robots.fault_list import FAULTS, Fault
+from grabbergui.servo.robots.faults import Faults
+from grabbergui.servo.robots.robot import KinematicModel
+
+REPOSITORY = Path(__file__).parents[1]
+NAME_SERVER = "127.39.7.1"
+WORKSPACE = {"x_low": 0.30, "x_high": 0.70, "y_low": -0.55, "y_high": -0.10}
+"Of the approaches, metres: smaller than the default, so that arms want to leave it."
+ALLOWED_SPEED = 1.05
+"Share of the speed limit that still counts as kept."
+WINDOW_S = 0.05
+"Seconds over which a speed is measured."
+RESTS = 0.002
+"Speed of a hand at rest, m/s."
+REST_S = 1.2
+"Seconds of rest after which a trial ends."
+SAYS_S = 0.4
+"Seconds after the hand came to rest in which the program may say why: the simulated drives take a while."
+AFTER_FAULT_S = 6.0
+"Longest time from a fault to the end of its trial."
+APPROACH_S = 16.0
+"Longest time of an approach, and until an arm first moves."
+START_S = 60.0
+MARKERS = {"teo": (0.70, -0.32, 0.36, 4.0, -8.0, 0.0), "tiago": (0.80, -0.17, 0.07, 4.0, -8.0, 0.0)}
+"Markers in front of each robot that it reaches: x, y, z, yaw, pitch, roll."
+HEIGHTS = {"teo": (0.05, 0.60), "tiago": (-0.25, 0.35)}
+"Heights of the random markers above each robot's base, metres."
+MODELS = {"teo": lambda: teo.MODEL, "tiago": tiago.model}
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is tried."""
+
+    robot: str
+    marker: tuple[float, ...]
+    fault: str = ""
+    "`NAME[@SECONDS]`; empty for an approach."
+
+
+@dataclass
+class Outcome:
+    """What the hand did. Distances are millimetres, speeds mm/s, times seconds."""
+
+    trial: Trial
+    speed: float = 0.0
+    "Greatest speed in any window of 50 ms."
+    outside: float = 0.0
+    "Greatest distance outside the workspace."
+    moved: float = 0.0
+    "From the beginning of the fault, or of the record: greatest distance from there."
+    stopped_after: float | None = None
+    "From the beginning of the fault, or of the arm's motion, until the hand rested; None if it did not."
+    said_after: float | None = None
+    "From there until the program said why the hand rests."
+    said: str = ""
+    "The last sentence until it rested."
+    happened: bool = True
+    "Whether there was any motion, and the fault."
+    lines: list[str] = field(default_factory=list)
+    "All that the program said, with seconds from the fault or the beginning."
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A simulator's record."""
+
+    times: NDArray[np.float64]
+    hand: NDArray[np.float64]
+    "(n, 3) metres."
+    fault: float | None
+    "When the fault began; None before."
+
+    @staticmethod
+    def read(file: Path) -> Truth:
+        """Read as much as was written."""
+        rows = [line.split(",") for line in file.read_text("utf-8").splitlines()[1:]]
+        rows = [row for row in rows if len(row) > 8]
+        begun = next((float(row[0]) for row in rows if row[7]), None)
+        numbers = np.array([[float(value) for value in row[:4]] for row in rows]).reshape(-1, 4)
+        return Truth(numbers[:, 0], numbers[:, 1:], begun)
+
+    def speeds(self) -> NDArray[np.float64]:
+        """Return the mean speed in the window that begins at each time, m/s."""
+        if len(self.times) < 2:
+            return np.zeros(len(self.times))
+        later = np.minimum(self.times + WINDOW_S, self.times[-1])
+        ahead = np.stack([np.interp(later, self.times, axis) for axis in self.hand.T], axis=1)
+        speeds: NDArray[np.float64] = np.linalg.norm(ahead - self.hand, axis=1) / WINDOW_S
+        return speeds
+
+    def moving(self) -> tuple[float, float] | None:
+        """Return when the hand began to move and when it came to rest; None if it never moved."""
+        steps = np.linalg.norm(np.diff(self.hand, axis=0), axis=1)
+        seconds = np.maximum(np.diff(self.times), 1e-4)
+        moves = np.flatnonzero(steps / seconds > RESTS)
+        return None if not len(moves) else (float(self.times[moves[0]]), float(self.times[moves[-1] + 1]))
+
+
+def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config: Config) -> Outcome:
+    """Return the figures of a trial; `said` has the program's lines with their times."""
+    outcome = Outcome(trial)
+    low, high = config.arm.workspace
+    outcome.speed = 1e3 * float(truth.speeds().max(initial=0.0))
+    off = np.maximum(np.maximum(low - truth.hand, truth.hand - high), 0.0)
+    outcome.outside = 1e3 * float(np.linalg.norm(off, axis=1).max(initial=0.0))
+    moving = truth.moving()
+    begun = truth.fault if trial.fault else (moving[0] if moving else None)
+    outcome.happened = begun is not None and moving is not None
+    if begun is None or moving is None:
+        outcome.lines = [text for _, text in said]
+        outcome.said = outcome.lines[-1] if said else ""
+        return outcome
+    after = truth.times >= begun - 1e-6
+    outcome.moved = 1e3 * float(np.linalg.norm(truth.hand[after] - truth.hand[after][0], axis=1).max())
+    if truth.times[-1] - moving[1] > REST_S / 2:
+        outcome.stopped_after = max(moving[1] - begun, 0.0)
+    outcome.lines = [f"{moment - begun:.2f} {text}" for moment, text in said]
+    rest = math.inf if outcome.stopped_after is None else moving[1] + SAYS_S
+    for moment, text in said:
+        if begun < moment < rest:
+            outcome.said, outcome.said_after = text, moment - begun
+    return outcome
+
+
+# -- with the real commands ----------------------------------------------------------------------
+class Program:
+    """A command of ours in a process of its own, whose lines are read on a thread."""
+
+    def __init__(self, arguments: Sequence[str], environment: dict[str, str]) -> None:
+        self.lines: list[tuple[float, str]] = []
+        self._process = subprocess.Popen(
+            [sys.executable, "-u", "-m", "grabbergui", *arguments],
+            cwd=REPOSITORY,
+            env={**os.environ, **environment},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
+
+    def said(self, pattern: str) -> re.Match[str] | None:
+        """Return the first match of a pattern in its output."""
+        return next(filter(None, (re.search(pattern, text) for _, text in list(self.lines))), None)
+
+    def wait_for(self, pattern: str) -> re.Match[str]:
+        """Return the first match as soon as there is one. Raises RuntimeError."""
+        deadline = time.monotonic() + START_S
+        while (found := self.said(pattern)) is None:
+            if time.monotonic() > deadline or not self.running:
+                raise RuntimeError(f"it never said {pattern!r}: {[text for _, text in self.lines]}")
+            time.sleep(0.02)
+        return found
+
+    def end(self) -> None:
+        """End it, after 10 s by force."""
+        if self.running:
+            self._process.terminate()
+            try:
+                self._process.wait(10)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        self._thread.join(5)
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as lines:
+            for line in lines:
+                self.lines.append((time.monotonic(), line.strip()))
+
+
+@contextmanager
+def stage(trial: Trial, domain: int, folder: Path, config: Path) -> Iterator[tuple[Program, Path]]:
+    """Run simulator and servo program; yield the latter, and the record of the truth."""
+    truth = folder / "truth.csv"
+    options = ["--marker=" + ",".join(f"{value:g}" for value in trial.marker), "--truth", str(truth)]
+    options += ["--fault", trial.fault] if trial.fault else []
+    environment = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    with ExitStack() as stack:
+        if trial.robot == "teo":
+            network = ["--with-name-server", "--nameserver", f"{NAME_SERVER}:0"]
+            simulator = Program(["simulate-teo", *network, *options], environment)
+            stack.callback(simulator.end)
+            place = simulator.wait_for(r"is on the name server at (\S+)")[1]
+            servo = ["--nameserver", place, "--calibration", "resources/servo/teo-sim-camera.yaml"]
+        else:
+            simulator = Program(["simulate-tiago", *options], environment)
+            stack.callback(simulator.end)
+            simulator.wait_for("TIAGo listens")
+            servo = []
+        servo = ["servo", "--robot", trial.robot, "--headless", "--seconds", "90", *servo]
+        program = Program([*servo, "--config", str(config)], environment)
+        stack.callback(program.end)
+        yield program, truth
+
+
+STATE = re.compile(r"^ *-?\d+\.\d\d s  ")
+"The beginning of a line of the program that reports a state, as opposed to a log."
+PREFIX = re.compile(STATE.pattern + r"|^\S+ \S+ [A-Z]+ \S+: ")
+"What stands before the sentence itself in either."
+
+
+def run(trial: Trial, config: Config, file: Path, domain: int) -> Outcome:
+    """Run a trial with the real commands."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        stage(trial, domain, Path(folder), file) as (program, record),
+    ):
+        program.wait_for(STATE.pattern)
+        _await_end(trial, program, record)
+        truth = Truth.read(record)
+        lines = list(program.lines)
+    return judge(trial, truth, [(moment, PREFIX.sub("", text)) for moment, text in lines], config)
+
+
+def _await_end(trial: Trial, program: Program, record: Path) -> None:
+    begun = time.monotonic()
+    while program.running:
+        time.sleep(0.3)
+        now, truth = time.monotonic(), Truth.read(record)
+        moving = truth.moving()
+        if moving is None or (trial.fault and truth.fault is None):
+            if now - begun > APPROACH_S:
+                return
+            continue
+        start = truth.fault if trial.fault and truth.fault is not None else moving[0]
+        # An approach may pause, for instance where an image is late.
+        rest = REST_S if trial.fault else 2 * REST_S
+        if now - max(moving[1], start) > rest or now - start > (AFTER_FAULT_S if trial.fault else APPROACH_S):
+            return
+
+
+# -- without a clock -----------------------------------------------------------------------------
+def simulate(trial: Trial, config: Config, model: KinematicModel) -> Outcome:
+    """Run a trial in simulated time."""
+    board = model.stands @ at(*trial.marker)
+    faults = Faults([Fault.parse(trial.fault)] if trial.fault else [], reports_hand=trial.robot == "teo")
+    head = closed_loop.looking_at(model, at(*trial.marker))
+    loop = closed_loop.ClosedLoop(
+        model, config, Things(board=lambda _: board), head, rendered=False, faults=faults
+    )
+    times, hand, said = [], [], [(0.0, "")]
+    begun = None
+    while loop.now < APPROACH_S + AFTER_FAULT_S:
+        cycle = loop.cycle()
+        text = f"{cycle.state.value}: {cycle.reason}"
+        if cycle.state.value != said[-1][1].partition(":")[0]:
+            said.append((cycle.time, text))
+        times.append(loop.now)
+        hand.append(loop.robot.truth().hand[:3, 3])
+        if begun is None and faults.active(loop.now):
+            begun = loop.now
+        truth = None if len(times) % 25 else Truth(np.array(times), np.array(hand), begun)
+        moving = truth.moving() if truth is not None else None
+        if moving is not None and (begun is not None or not trial.fault):
+            start = begun or moving[0]
+            if loop.now - max(moving[1], start) > 2 * REST_S or (begun and loop.now - begun > AFTER_FAULT_S):
+                break
+    return judge(trial, Truth(np.array(times), np.array(hand), begun), said[1:], config)
+
+
+# -- trials --------------------------------------------------------------------------------------
+STANDOFF = 0.10
+"Metres before a marker at which the hand's goal is."
+
+
+def visible_marker(source: np.random.Generator, robot: str, model: KinematicModel) -> tuple[float, ...]:
+    """Return a random pose of a marker that the camera sees, with a goal inside the workspace."""
+    while True:
+        place = source.uniform((0.35, -0.65, HEIGHTS[robot][0]), (0.90, 0.15, HEIGHTS[robot][1]))
+        turn = source.uniform((-40, -40, -180), (40, 40, 180))
+        marker = (
+            *(round(float(value), 3) for value in place),
+            *(round(float(value), 1) for value in turn),
+        )
+        board = at(*marker)
+        goal = board[:3, 3] + STANDOFF * board[:3, 2]
+        low, high = (np.array([WORKSPACE[f"{axis}_{end}"] for axis in "xy"]) for end in ("low", "high"))
+        if (low < goal[:2]).all() and (goal[:2] < high).all() and _visible(board, model):
+            return marker
+
+
+def _visible(board: Pose, model: KinematicModel) -> bool:
+    camera = model.camera_pose(np.array(closed_loop.looking_at(model, board)))
+    return bool(closed_loop.computed_sighting(camera, board, Config().marker, 0.0).markers)
+
+
+def trials(options: argparse.Namespace, robot: str, model: KinematicModel) -> list[Trial]:
+    """Return the approaches, then as many of each fault."""
+    source = np.random.default_rng(options.seed)
+    found = [Trial(robot, visible_marker(source, robot, model)) for _ in range(options.approaches)]
+    for name in options.fault or FAULTS:
+        for _ in range(options.each):
+            after = "" if "@" in name else f"@{source.uniform(0.2, 1.0):.2f}"
+            found.append(Trial(robot, MARKERS[robot], f"{name}{after}"))
+    return found
+
+
+# -- the table -----------------------------------------------------------------------------------
+def summary(outcomes: Sequence[Outcome], config: Config) -> list[list[str]]:
+    """Return a row for the approaches, and for each fault its worst figures."""
+    groups: dict[tuple[str, str], list[Outcome]] = {}
+    for outcome in outcomes:
+        name = outcome.trial.fault.partition("@")[0] or "approach"
+        groups.setdefault((outcome.trial.robot, name), []).append(outcome)
+    rows = []
+    for (robot, name), group in groups.items():
+        happened = [outcome for outcome in group if outcome.happened]
+        rows.append([robot, name, f"{len(happened)} of {len(group)}"])
+        if not happened:
+            continue
+        stops = [outcome.stopped_after for outcome in happened]
+        limit = 1e3 * max(config.arm.fastest, config.arm.follow) * ALLOWED_SPEED
+        rows[-1] += [
+            f"{max(outcome.moved for outcome in happened):.0f}",
+            "moves on" if None in stops else f"{max(filter(None, stops), default=0.0):.2f}",
+            f"{max(outcome.speed for outcome in happened):.0f}",
+            str(sum(outcome.speed > limit for outcome in happened)),
+            f"{max(outcome.outside for outcome in happened):.0f}",
+            str(sum(outcome.outside > 1 for outcome in happened)),
+            _most_said(happened),
+        ]
+    return rows
+
+
+HEADER = [
+    *("robot", "trial", "happened", "moved on, mm", "rests after, s", "fastest, mm/s", "too fast"),
+    *("outside, mm", "outside", "said most often"),
+]
+
+
+def _most_said(outcomes: Sequence[Outcome]) -> str:
+    said = [re.sub(r"\d+(\.\d+)?", "…", outcome.said) for outcome in outcomes]
+    most = max(set(said), key=said.count)
+    times = [o.said_after for o, text in zip(outcomes, said, strict=True) if text == most and o.said_after]
+    return f"{most} ({said.count(most)}; after {max(times, default=math.nan):.2f} s at most)"
+
+
+def printed(rows: Sequence[Sequence[str]]) -> str:
+    """Return a table of Markdown."""
+    lines = [HEADER, ["---"] * len(HEADER), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the trials and print their table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks servo_faults", description=__doc__)
+    parser.add_argument("--robot", nargs="+", choices=tuple(MODELS), default=list(MODELS))
+    parser.add_argument("--approaches", type=int, default=3, help="of each robot, to random markers (3)")
+    parser.add_argument("--each", type=int, default=1, help="trials of each fault (1)")
+    parser.add_argument("--fault", nargs="*", metavar="NAME[@SECONDS]", help="only these faults (all)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--simulated-time", action="store_true", help="in this process, without a clock")
+    parser.add_argument("--minutes", type=float, default=60.0, help="begin no further trial after this (60)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="store every trial")
+    options = parser.parse_args(arguments)
+    for name in options.fault or ():
+        Fault.parse(name)
+    # A benchmark that is ended must end its programs.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended"))
+    run_as_others()
+    single_threaded()
+    default = Config()
+    domain, end = random.randrange(1, 100), time.monotonic() + 60 * options.minutes
+    outcomes: list[Outcome] = []
+    with tempfile.TemporaryDirectory() as folder:
+        small = Path(folder) / "servo.ini"
+        small.write_text(
+            "[arm]\n" + "".join(f"{key} {value:g}\n" for key, value in WORKSPACE.items()), "utf-8"
+        )
+        whole = Path(folder) / "default.ini"
+        whole.write_text("", "utf-8")
+        confined = Config.load(small)
+        for robot in options.robot:
+            model = MODELS[robot]()
+            for trial in trials(options, robot, model):
+                if time.monotonic() > end:
+                    print(f"{robot}: time is up", flush=True)
+                    break
+                config, file = (default, whole) if trial.fault else (confined, small)
+                try:
+                    if options.simulated_time:
+                        outcome = simulate(trial, config, model)
+                    else:
+                        outcome = run(trial, config, file, domain)
+                except RuntimeError as error:
+                    print(f"{trial}: {error}", flush=True)
+                    continue
+                outcomes.append(outcome)
+                print(_line(outcome), flush=True)
+                if options.json is not None:
+                    text = json.dumps([asdict(one) for one in outcomes], indent=1, ensure_ascii=False)
+                    options.json.write_text(text + "\n", "utf-8")
+    print(printed(summary(outcomes, default)))
+
+
+def _line(outcome: Outcome) -> str:
+    trial = outcome.trial
+    what = trial.fault or "marker " + ",".join(f"{value:g}" for value in trial.marker)
+    rests = "moves on" if outcome.stopped_after is None else f"rests after {outcome.stopped_after:.2f} s"
+    if not outcome.happened:
+        rests = "did not happen"
+    return (
+        f"{trial.robot} {what}: {outcome.moved:.0f} mm, {rests}, {outcome.speed:.0f} mm/s, "
+        f"{outcome.outside:.0f} mm outside; {outcome.said}"
+    )
+
+
+if __name__ == "__main__":
+    main()
