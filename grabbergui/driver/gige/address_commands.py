@@ -28,7 +28,7 @@ from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import LIMITED_BROADCAST, interfaces
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
 from grabbergui.driver.gige.gvcp_messages import Action, ForceIp
-from grabbergui.driver.gige.stream.sockets import readable
+from grabbergui.driver.gige.stream.waits import readable
 
 log = logging.getLogger(__name__)
 

@@ -13,8 +13,8 @@ from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Trailer
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Block
+from grabbergui.driver.gige.stream.block_history import distance
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.packet_sorting import distance
 
 
 def test_captured_losses_are_asked_for_and_mended() -> None:

@@ -19,7 +19,7 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
 from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.in_place import Received
-from grabbergui.driver.gige.stream.sockets import Waits
+from grabbergui.driver.gige.stream.waits import Waits
 from patience import PATIENCE, attempts
 
 DEVICE = "127.0.0.7"

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from grabbergui.driver.gige.stream.sockets import readable
+from grabbergui.driver.gige.stream.waits import readable
 
 FIRST_BEYOND = 1024
 "Descriptors from here on do not fit into the set of `select`."

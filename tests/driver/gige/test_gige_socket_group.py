@@ -14,9 +14,10 @@ from block_bench import LAST, Bench, block, ids, is_image
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream import sockets
+from grabbergui.driver.gige.stream import socket_group
 from grabbergui.driver.gige.stream.batch_source import BatchSource
-from grabbergui.driver.gige.stream.sockets import MEMBERS, buffer_bytes, stretch_bits, widen
+from grabbergui.driver.gige.stream.socket_group import MEMBERS, stretch_bits, widen
+from grabbergui.driver.gige.stream.sockets import buffer_bytes
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="sockets that share a port are Linux's")
 
@@ -156,11 +157,11 @@ def test_one_socket_that_holds_enough_stays_alone(port: Port) -> None:
 def test_a_system_that_cannot_leaves_one_socket(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = []
 
-    def refuse(receiver: socket.socket, option: int, program: list[sockets.Instruction]) -> None:
+    def refuse(receiver: socket.socket, option: int, program: list[socket_group.Instruction]) -> None:
         opened.append(len(program))
         raise OSError("not here")
 
-    monkeypatch.setattr(sockets, "_attach", refuse)
+    monkeypatch.setattr(socket_group, "_attach", refuse)
     assert widen(port.receiver, WANTED, 1400) == [] and opened
     bench = Bench()
     with closing(BatchSource(port.receiver, DEVICE)) as source:

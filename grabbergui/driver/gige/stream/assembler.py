@@ -28,14 +28,8 @@ from grabbergui.driver.gige.packet_header import (
     count_in_order,
 )
 from grabbergui.driver.gige.stream.block import Block, Layout, Places
-from grabbergui.driver.gige.stream.packet_sorting import (
-    BlockHistory,
-    Ids,
-    Meaning,
-    PacketRun,
-    distance,
-    packet_runs,
-)
+from grabbergui.driver.gige.stream.block_history import BlockHistory, Meaning, distance
+from grabbergui.driver.gige.stream.packet_sorting import Ids, PacketRun, packet_runs
 from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
 
 UNAVAILABLE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)

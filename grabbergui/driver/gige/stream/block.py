@@ -22,7 +22,8 @@ from grabbergui.driver.gige.gvsp import (
     kind_in,
 )
 from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.packet_sorting import PacketRun, id_runs
+from grabbergui.driver.gige.stream.id_runs import id_runs
+from grabbergui.driver.gige.stream.packet_sorting import PacketRun
 from grabbergui.driver.gige.stream.resend import PacketAccount
 
 log = logging.getLogger(__name__)

@@ -49,6 +49,7 @@ from grabbergui.driver.gige.stream.packet_settings import (
 )
 from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy
+from grabbergui.driver.gige.stream.socket_group import widen
 from grabbergui.driver.gige.stream.sockets import (
     buffer_bytes,
     is_multicast,
@@ -57,7 +58,6 @@ from grabbergui.driver.gige.stream.sockets import (
     listening_address,
     open_stream_socket,
     wanted_bytes,
-    widen,
 )
 
 log = logging.getLogger(__name__)

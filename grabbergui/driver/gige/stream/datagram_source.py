@@ -7,7 +7,7 @@ import time
 from abc import ABC, abstractmethod
 
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.sockets import Waits
+from grabbergui.driver.gige.stream.waits import Waits
 
 MAX_DATAGRAM = 65536
 "Bytes."

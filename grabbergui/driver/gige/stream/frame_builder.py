@@ -13,7 +13,7 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.driver.gige.gvsp import Leader, Part, PartType, PayloadKind
 from grabbergui.driver.gige.stream.block import Block
-from grabbergui.driver.gige.stream.packet_sorting import distance
+from grabbergui.driver.gige.stream.block_history import distance
 from grabbergui.driver.payload_contents import Contents, H264Stream, PayloadReader, kind_of
 
 _PLAIN = {

@@ -19,7 +19,7 @@ from grabbergui.driver.gige.bootstrap import (
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
-from grabbergui.driver.gige.stream.sockets import readable
+from grabbergui.driver.gige.stream.waits import readable
 
 log = logging.getLogger(__name__)
 

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvcp import PacketResend
-from grabbergui.driver.gige.stream.packet_sorting import Ids, id_runs, run_ends
+from grabbergui.driver.gige.stream.id_runs import id_runs, run_ends
+from grabbergui.driver.gige.stream.packet_sorting import Ids
 
 NEVER = float("inf")
 
