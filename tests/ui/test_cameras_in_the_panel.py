@@ -3,6 +3,7 @@
 import logging
 import os
 import struct
+import threading
 import time
 from pathlib import Path
 
@@ -15,6 +16,11 @@ from grabbergui.core.features import AccessMode, Category, Visibility
 from grabbergui.driver.camera import Camera
 from patience import attempts
 
+HEAD = """<?xml version="1.0" encoding="utf-8"?>
+<RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="V" VendorName="V"
+ ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
+ MajorVersion="1" MinorVersion="0" SubMinorVersion="0" ProductGuid="1" VersionGuid="1">
+<Port Name="Device"/>"""
 EXPOSURE_REGISTER = 0x100330
 """Of the simulated camera: microseconds, a big-endian double."""
 
@@ -112,3 +118,35 @@ def test_tour_of_a_vendors_camera(make_panel, path, caplog):
     assert d.panel.watched == reachable(d.model.root)
     assert device.writes == []
     assert not [r for r in caplog.records if r.levelno >= logging.ERROR]
+
+
+def test_the_window_reads_no_register_in_its_own_thread(make_panel):
+    """Texts of a gigabyte by the description: not even the attempt holds the window up."""
+    texts = "".join(
+        f'<StringReg Name="Text{number}"><Address>0</Address><Length>{1 << 30}</Length>'
+        "<AccessMode>RW</AccessMode><pPort>Device</pPort></StringReg>"
+        for number in range(60)
+    )
+    number = (
+        '<IntReg Name="Number"><Address>0</Address><Length>4</Length><AccessMode>RW</AccessMode>'
+        "<pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>"
+    )
+    listed = "".join(f"<pFeature>Text{number}</pFeature>" for number in range(60))
+    root = f'<Category Name="Root"><pFeature>Number</pFeature>{listed}</Category>'
+    readers = []
+
+    class Watched(XmlDevice):
+        def read(self, address, length):
+            readers.append(threading.current_thread())
+            return super().read(address, length)
+
+    camera = Camera(Watched(f"{HEAD}{root}{number}{texts}</RegisterDescription>".encode()))
+    camera.open()
+    readers.clear()
+    d = make_panel(camera)
+    for watch in attempts(1.0, clock=time.process_time):
+        with watch:
+            d.open_everything()
+    assert d.model.feature("Number").value == 0
+    assert "1073741824 bytes" in d.model.feature("Text59").problem
+    assert readers and threading.main_thread() not in readers

@@ -26,6 +26,7 @@ from grabbergui.core.features import (
     Visibility,
 )
 from grabbergui.core.sfnc import Role, role_of
+from grabbergui.driver.genapi.register_length import LONGEST_TEXT, require_length
 
 _KINDS = {
     genapi.EInterfaceType.intfIInteger: FeatureKind.INTEGER,
@@ -45,8 +46,8 @@ _ACCESS = {
 }
 _READABLE = (genapi.EAccessMode.RO, genapi.EAccessMode.RW)
 
-READ_ERRORS = (genapi.GenericException, RuntimeError, ValueError, OverflowError)
-"""Exceptions of C++, of our port, and of Python for a huge number.
+READ_ERRORS = (genapi.GenericException, RuntimeError, ValueError, OverflowError, RemoteProtocolError)
+"""Exceptions of C++, of our port, of Python for a huge number, and of `require_length`.
 
 Each makes only its own node unusable.
 """
@@ -164,6 +165,8 @@ class NodeFeature:
 
     def assign(self, new: FeatureValue) -> None:
         """Write a validated value. Raises GenApi's exceptions."""
+        if self._kind is FeatureKind.STRING:
+            _require_text_length(self._value)
         if self._kind is FeatureKind.ENUMERATION:
             self._value.from_string(str(new))
         else:
@@ -198,6 +201,11 @@ def reason_of(error: BaseException) -> str:
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
 
+def _require_text_length(value: Any) -> None:
+    if (length := int(value.max_length)) != _INT64_MAX:  # else the text is in no register
+        require_length(length, "its text", LONGEST_TEXT)
+
+
 def _entry_name(value: Any) -> str:
     """Return the symbol of the current entry, or the camera's number if no entry has it."""
     try:
@@ -207,6 +215,7 @@ def _entry_name(value: Any) -> str:
 
 
 def _text(value: Any) -> str:
+    _require_text_length(value)
     try:
         return str(value.value)
     except UnicodeDecodeError as error:

@@ -33,6 +33,7 @@ from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import node_features, port
 from grabbergui.driver.genapi.node_features import FeatureTree, NodeFeature
 from grabbergui.driver.genapi.port import EventReader, MapLock, RegisterPort
+from grabbergui.driver.genapi.register_length import require_length
 from grabbergui.driver.genapi.vetting import clean_xml, port_name
 
 log = logging.getLogger(__name__)
@@ -254,18 +255,20 @@ class CameraNodeMap:
             time.sleep(0.005)
 
     def register_length(self, name: str) -> int:
-        """Return the bytes of a register node. Raises FeatureAccessError for any other node."""
+        """Return the size in bytes of a register node. Raises FeatureAccessError for any other node."""
         with self._lock, self._answering(name):
-            return int(self._register(name).length)
+            return self._length(name)
 
     def read_register(self, name: str, length: int) -> bytes:
         """Return the first `length` bytes of a register, bypassing GenApi's cache."""
         with self._lock, self._answering(name):
+            self._length(name)
             return bytes(self._register(name).get(length, False, True)) if length else b""
 
     def write_register(self, name: str, content: bytes) -> None:
         """Write bytes to the beginning of a register."""
         with self._lock, self._answering(name):
+            self._length(name)
             self._register(name).set(content)
 
     def invalidate(self, names: frozenset[str]) -> None:
@@ -327,11 +330,18 @@ class CameraNodeMap:
             raise FeatureAccessError(f"the camera's description has no register {name}", name)
         return register
 
+    def _length(self, name: str) -> int:
+        length = int(self._register(name).length)
+        require_length(length, name)
+        return length
+
     def _assign(self, name: str, value: FeatureValue) -> NodeFeature:
         node = self._node(name)
         self._port.take_failure()
         try:
             node.assign(value)
+        except RemoteProtocolError as error:
+            raise FeatureError(f"{name}: {error}", name) from error
         except _GENAPI_ERRORS as error:
             raise self._answer(error, name, value) from error
         return node

@@ -35,6 +35,7 @@ from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValu
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.register_length import require_length
 from grabbergui.driver.genapi.vetting import clean_xml, vetted
 
 if sys.platform == "linux":
@@ -67,10 +68,6 @@ def load(xml: str) -> genapi.NodeMap:
 
 
 # -- registers -----------------------------------------------------------------------------------
-LONGEST_REGISTER = 16 << 20
-"""Bytes: many times the largest look-up table; a read of this size takes seconds."""
-
-
 class Registers(Protocol):
     """The part of a `Device` that GenApi needs; other modules than cameras have one, too."""
 
@@ -97,8 +94,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     def read(self, address: int, length: int) -> bytes:
         """Called by GenApi."""
         try:
-            if length > LONGEST_REGISTER:
-                raise _too_long(address, length)
+            require_length(length, f"the register at 0x{address:X}")
             return self._device.read(address, length)
         except Exception as error:
             raise self._kept(error) from error
@@ -106,8 +102,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
     def write(self, address: int, value: bytes) -> None:
         """Called by GenApi."""
         try:
-            if len(value) > LONGEST_REGISTER:
-                raise _too_long(address, len(value))
+            require_length(len(value), f"the register at 0x{address:X}")
             self._device.write(address, bytes(value))
         except Exception as error:
             raise self._kept(error) from error
@@ -135,13 +130,6 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
         """Return and clear the error behind GenApi's last exception."""
         failure, self.failure = self.failure, None
         return failure
-
-
-def _too_long(address: int, length: int) -> RemoteProtocolError:
-    return RemoteProtocolError(
-        f"the description has a register of {length} bytes at 0x{address:X};"
-        f" at most {LONGEST_REGISTER} make sense"
-    )
 
 
 # -- changes of nodes ----------------------------------------------------------------------------

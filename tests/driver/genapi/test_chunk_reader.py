@@ -63,7 +63,7 @@ _TEXT_AND_NUMBER = b"""<?xml version="1.0" encoding="utf-8"?>
 </RegisterDescription>"""
 
 
-def test_a_chunk_that_is_no_text_costs_only_itself():
+def test_a_text_chunk_of_another_encoding_is_read():
     descriptions = (
         FeatureDescription(name="ChunkText", kind=FeatureKind.STRING, category=""),
         FeatureDescription(name="ChunkNumber", kind=FeatureKind.INTEGER, category=""),
@@ -71,7 +71,7 @@ def test_a_chunk_that_is_no_text_costs_only_itself():
     reader = ChunkReader(_TEXT_AND_NUMBER, Category("Root", members=descriptions), GEV)
     number = (0x1002, (7).to_bytes(4, "big"))
     assert reader.read(payload_of((0x1001, b"left"), number)) == {"ChunkText": "left", "ChunkNumber": 7}
-    assert reader.read(payload_of((0x1001, b"\xff\xfe\xfd\xfc"), number)) == {"ChunkNumber": 7}
+    assert reader.read(payload_of((0x1001, b"20\xb0C"), number)) == {"ChunkText": "20°C", "ChunkNumber": 7}
 
 
 @pytest.fixture

@@ -4,7 +4,10 @@ What GenApi cannot load at all (nodes that point nowhere or in a ring) is refuse
 """
 
 import math
+import resource
 import struct
+import threading
+import time
 
 import pytest
 from soundness import assert_sound
@@ -13,6 +16,7 @@ from fakes import XmlDevice
 from grabbergui.core.errors import FeatureError, FeatureValueError, RemoteProtocolError
 from grabbergui.core.features import AccessMode
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.genapi.register_length import LONGEST_TEXT
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="Liar" VendorName="Acme"
@@ -190,7 +194,7 @@ def test_limits_that_are_not_given_are_not_the_largest_numbers_there_are():
     ("lie", "said"),
     [
         ("a formula that divides by zero", "Odd: Failed to evaluate formula '1/0': error message is '#Inf"),
-        ("text of 100 MB", "the description has a register of 100000000 bytes at 0x0; at most 16777216"),
+        ("text of 100 MB", "its text has 100000000 bytes by the description; at most 262144 make sense"),
         ("a register of 9 bytes", "Value = 9 must be equal or smaller than Max = 8"),
     ],
 )
@@ -224,3 +228,77 @@ def test_an_increment_that_is_not_positive_is_one(lie):
 def test_a_description_without_a_tree_is_refused(root):
     with pytest.raises(RemoteProtocolError, match="no category Root"):
         opened("", root)
+
+
+GIGABYTE = "<pLength>Gigabyte</pLength>"
+HUGE = 1 << 30
+
+
+def huge_text(name: str) -> str:
+    return register("StringReg", name, ZERO).replace("<Length>4</Length>", GIGABYTE)
+
+
+def huge(nodes: str, *features: str) -> CameraNodeMap:
+    length = f'<Integer Name="Gigabyte"><Value>{HUGE}</Value></Integer>'
+    listed = "".join(f"<pFeature>{name}</pFeature>" for name in ("Sane", *features))
+    return opened(length + nodes, f'<Category Name="Root">{listed}</Category>')
+
+
+def peak_mb() -> int:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
+
+
+def test_sixty_texts_of_a_gigabyte_are_refused_before_anything_is_reserved():
+    names = [f"Odd{number}" for number in range(60)]
+    node_map = huge("".join(map(huge_text, names)), *names)
+    before, begun = peak_mb(), time.process_time()
+
+    features = [node_map.feature(name) for name in names]
+    assert node_map.values(names) == {}
+    with pytest.raises(FeatureError, match="Odd7: its text has 1073741824 bytes by the description"):
+        node_map.write("Odd7", "x")
+
+    assert {feature.problem for feature in features} == {
+        f"its text has {HUGE} bytes by the description; at most {LONGEST_TEXT} make sense"
+    }
+    assert peak_mb() - before < 100  # one of them needs 1,024
+    assert time.process_time() - begun < 2
+    assert node_map.feature("Sane").value == 5
+    node_map.close()
+
+
+def test_text_of_a_gigabyte_behind_another_node_is_refused():
+    node_map = huge(huge_text("Text") + '<String Name="Odd"><pValue>Text</pValue></String>', "Odd")
+    before = peak_mb()
+    assert node_map.feature("Odd").problem.startswith(f"its text has {HUGE} bytes")
+    assert peak_mb() - before < 100
+    node_map.close()
+
+
+def test_the_longest_text_is_written_on_a_small_stack():
+    """GenApi reserves the register on the stack: beyond it, a write ends the program."""
+    odd = register("StringReg", "Odd", ZERO, LONGEST_TEXT)
+    node_map = opened(odd)
+    old = threading.stack_size(1 << 20)
+    try:
+        thread = threading.Thread(target=node_map.write, args=("Odd", "long"))
+        thread.start()
+        thread.join()
+    finally:
+        threading.stack_size(old)
+    assert node_map.feature("Odd").value == "long"
+    node_map.close()
+
+
+def test_a_register_of_a_gigabyte_is_neither_read_nor_written():
+    node_map = huge(huge_text("Odd").replace("StringReg", "Register"), "Odd")
+    before = peak_mb()
+    for use in (
+        lambda: node_map.register_length("Odd"),
+        lambda: node_map.read_register("Odd", HUGE),
+        lambda: node_map.write_register("Odd", b"x"),
+    ):
+        with pytest.raises(RemoteProtocolError, match=f"Odd has {HUGE} bytes by the description"):
+            use()
+    assert peak_mb() - before < 100
+    node_map.close()
