@@ -14,7 +14,7 @@ or whose control went elsewhere, is noticed within two seconds.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, GrabberError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
@@ -134,6 +134,12 @@ class ControlChannel:
         self._exchanges: dict[int, Exchange] = {}
         self._outgoing: list[bytes] = []
         self._next_id = 1
+        self._impatient: set[bool] = set()
+        """Whether writes (True) or reads (False) may be postponed briefly only.
+
+        So it is after a command that the device postponed to the end, until it answers another of the kind:
+        all together wait hardly longer than `pending_limit`.
+        """
 
     def start(
         self, request: Request, now: float, timing: ControlTiming | None = None, *, urgent: bool = False
@@ -144,7 +150,10 @@ class ControlChannel:
         """
         while self._next_id in self._exchanges:
             self._advance_id()
-        exchange = Exchange(request, self._next_id, timing or self.timing, now, urgent=urgent)
+        timing = timing or self.timing
+        if isinstance(request, (gvcp.WriteReg, gvcp.WriteMem)) in self._impatient:
+            timing = replace(timing, pending_limit=timing.ack_timeout * timing.tries)
+        exchange = Exchange(request, self._next_id, timing, now, urgent=urgent)
         self._advance_id()
         self._exchanges[exchange.req_id] = exchange
         self.handle_timer(now)
@@ -163,6 +172,7 @@ class ControlChannel:
             return
         exchange.receive(ack, now)
         if exchange.done:
+            self._impatient.discard(exchange.is_write)
             self.cancel(exchange)
 
     def cancel(self, exchange: Exchange) -> None:
@@ -186,6 +196,8 @@ class ControlChannel:
                 if datagram is not None:
                     self._outgoing.append(datagram)
                 else:
+                    if exchange.pending:
+                        self._impatient |= {True, False}
                     self.cancel(exchange)
 
     @property
@@ -288,7 +300,8 @@ class Heartbeat:
         if exchange.payload is not None:
             self._judge_privilege(exchange.payload)
         elif isinstance(error, AckTimeoutError) and not self._channel.patient:
-            self.lost = f"the camera did not answer for {now - exchange.started:.1f} s"
+            more = ", but asked for more time" if error.postponed else ""
+            self.lost = f"the camera did not answer for {now - exchange.started:.1f} s{more}"
         elif isinstance(error, DeviceStatusError) and error.status == Status.ACCESS_DENIED:
             # Whoever has control exclusively keeps others from reading too.
             self.lost = "another application took exclusive control of the camera"

@@ -200,6 +200,8 @@ class GigeDevice(Device):
             memory.capability = Capability(memory.read_optional(Register.GVCP_CAPABILITY))
             self._tick_frequency = tick_frequency(memory)
         except AckTimeoutError as error:
+            if error.postponed:
+                raise TransportError(f"what answers at {ip} is not ready: {error}") from error
             note = self._note_of(found) or "; check power, cable and address"
             raise SourceNotFoundError(f"no GigE Vision camera answers at {ip}{note}") from error
         except DeviceStatusError as error:

@@ -74,7 +74,10 @@ def _granted(link: ControlLink, camera: str, capability: Capability, *, take_ove
         if error.status == Status.ACCESS_DENIED:
             return False
         raise
-    except AckTimeoutError:
+    except AckTimeoutError as error:
+        if error.postponed:  # by whoever answers as the camera; nobody refused
+            link.send_last(WriteReg(((Register.CCP, 0),)))
+            raise
         # Release, in case only the answer was lost; a device ignores this from all but the holder.
         release(link, camera)
         link.read_register(Register.CCP)

@@ -254,6 +254,8 @@ class ControlChannel:
         "Seconds until a command is sent again."
         self.ignored = 0
         "Number of transfers that were malformed or did not answer the outstanding command."
+        self._longest_pending = LONGEST_PENDING
+        "Seconds; hardly any after a command that the device postponed to the end, until it answers another."
         self._next_id = first_request_id
         self._outstanding: _Outstanding | None = None
 
@@ -271,7 +273,7 @@ class ControlChannel:
         if self._outstanding is not None:
             raise LocalProtocolError("GenCP takes one command at a time")
         self._outstanding = _Outstanding(
-            command, data, self._take_id(), now + self.response_time, now + LONGEST_PENDING
+            command, data, self._take_id(), now + self.response_time, now + self._longest_pending
         )
         return self._encode(self._outstanding)
 
@@ -299,6 +301,7 @@ class ControlChannel:
             waiting.deadline = now + BUSY_PAUSE
             return None
         self._outstanding = None
+        self._longest_pending = LONGEST_PENDING
         if packet.status & 0x8000:
             address = int.from_bytes(waiting.data[:8], "little")
             raise DeviceStatusError(
@@ -316,8 +319,9 @@ class ControlChannel:
         waiting = self._current()
         if now >= waiting.last_deadline:  # it may still be at work on the command
             self._outstanding = None
+            waited, self._longest_pending = self._longest_pending, (TRIES + 1) * self.response_time
             raise AckTimeoutError(
-                f"{waiting.command.name} was not acknowledged within {LONGEST_PENDING:g} s;"
+                f"{waiting.command.name} was not acknowledged within {waited:g} s;"
                 " the camera had asked for more time"
             )
         if waiting.tries >= TRIES:

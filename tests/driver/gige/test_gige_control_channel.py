@@ -21,7 +21,7 @@ from grabbergui.driver.gige.control_channel import (
     Holder,
     Pulse,
 )
-from grabbergui.driver.gige.gvcp import Ack, CommandCode, ReadReg, Status, WriteReg
+from grabbergui.driver.gige.gvcp import Ack, CommandCode, ReadReg, Request, Status, WriteReg
 
 READ = ReadReg((Register.CCP,))
 WRITE = WriteReg(((0x20030, 1),))
@@ -172,6 +172,35 @@ def test_endless_patience_is_not_given() -> None:
     assert now <= 5.0
     asked = "WRITEREG at 0x20030 was not acknowledged within 5.0 s; the camera had asked for more time"
     assert str(exchange.error) == asked
+
+
+def test_all_commands_together_wait_hardly_longer_than_one_may_be_postponed() -> None:
+    """Whoever answers the first with PENDING_ACK only would answer each of the hundreds of an opening so."""
+    channel = ControlChannel(ControlTiming(ack_timeout=0.4, tries=4, pending_limit=5.0))
+
+    def carry_out(request: Request, now: float, *, answer: bool = False) -> float:
+        exchange = channel.start(request, now)
+        while not exchange.done:
+            list(channel.datagrams())
+            if answer:
+                channel.receive(Ack(0, request.CODE + 1, exchange.req_id, bytes(4)).encode(), now)
+            else:
+                channel.receive(gvcp.encode_pending_ack(1000, exchange.req_id), now)
+                now = min(now + 0.9, channel.timer() or now)
+            channel.handle_timer(now)
+        assert answer or (isinstance(exchange.error, AckTimeoutError) and exchange.error.postponed)
+        return now
+
+    now = carry_out(WRITE, 0.0)
+    assert now == 5.0
+    for request in (READ, WRITE, READ):
+        ended = carry_out(request, now)
+        assert 0 < ended - now <= 1.6
+        now = ended
+    assert carry_out(READ, now, answer=True) == now
+    assert carry_out(WRITE, now) - now <= 1.6, "it answers reads, but still no write"
+    carry_out(WRITE, now, answer=True)
+    assert carry_out(WRITE, now) - now == 5.0, "as patient as before, after an answer"
 
 
 def test_request_ids_skip_zero_and_those_in_use() -> None:

@@ -17,7 +17,7 @@ from grabbergui.core.errors import (
     DeviceStatusError,
     GrabberError,
 )
-from grabbergui.driver.gige import gvcp
+from grabbergui.driver.gige import gvcp, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
@@ -197,6 +197,18 @@ def test_a_write_that_is_only_put_off_says_so(camera: ScriptedCamera) -> None:
         with pytest.raises(DeviceStatusError, match="the camera had asked for more time") as refused:
             memory.write_register(FEATURE, 1)
         assert refused.value.status == gvcp.Status.BUSY and link.lost is None
+
+
+def test_control_that_is_only_put_off_is_not_blamed_on_another_application(camera: ScriptedCamera) -> None:
+    """Before, this took twice as long, and asked to close another program."""
+    camera.privilege = 0
+    camera.postpones = lambda address: address == Register.CCP and camera.beats() > 1
+    timing = ControlTiming(ack_timeout=PATIENCE, tries=1, pending_limit=0.1)
+    with (
+        closing(ControlLink(camera.ip, camera.port, timing)) as link,
+        pytest.raises(AckTimeoutError, match="the camera had asked for more time"),
+    ):
+        privilege.take(link, "the camera", Capability(0))
 
 
 @pytest.mark.parametrize("fault", [AckTimeoutError("silent"), DeviceStatusError("refused", 0x8003)])

@@ -211,6 +211,13 @@ def test_a_pending_acknowledge_moves_the_deadline_but_not_for_ever() -> None:
     assert channel.deadline == LONGEST_PENDING
     with pytest.raises(AckTimeoutError, match="within 60 s; the camera had asked for more time"):
         channel.expire(LONGEST_PENDING)
+    transfer = channel.begin(CommandId.READMEM, ADDRESS_AND_LENGTH, 100.0)
+    channel.receive(pending(transfer, 60_000), 100.0)
+    assert channel.deadline == 100 + 4 * channel.response_time, "the next may not be postponed as long again"
+    channel.receive(answer(transfer, bytes(4)), 101.0)
+    transfer = channel.begin(CommandId.READMEM, ADDRESS_AND_LENGTH, 200.0)
+    channel.receive(pending(transfer, 60_000), 200.0)
+    assert channel.deadline == 200 + LONGEST_PENDING
 
 
 def test_a_refusal_names_address_and_status() -> None:
