@@ -136,7 +136,6 @@ def _ack(sender: socket.socket, command: CommandCode) -> str | None:
     return str(source)
 
 
-# -- the persistent address ----------------------------------------------------------------------
 @dataclass(frozen=True)
 class IpConfiguration:
     """Content of a camera's address registers."""

@@ -34,15 +34,9 @@ from grabbergui.driver.gige.bootstrap import (
     GvcpConfiguration,
     Register,
 )
-from grabbergui.driver.gige.control_channel import (
-    ControlChannel,
-    ControlTiming,
-    Exchange,
-    Heartbeat,
-    Holder,
-    Pulse,
-)
+from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, ReadMem, ReadReg, Request, Status, WriteMem, WriteReg
+from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
 log = logging.getLogger(__name__)
 

@@ -33,11 +33,11 @@ from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_de
 from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
-from grabbergui.driver.gige.control_channel import Pulse
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvcp_messages import Identity, identity_of
+from grabbergui.driver.gige.heartbeat import Pulse
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.gige.stream.channel import (
@@ -48,7 +48,8 @@ from grabbergui.driver.gige.stream.channel import (
     chosen_channels,
     tick_frequency,
 )
-from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
+from grabbergui.driver.gige.stream.packet_delay import PacketDelayPolicy
+from grabbergui.driver.gige.stream.packet_size import PacketSizePolicy
 from grabbergui.driver.gige.stream.packet_tests import arriving_sizes
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 

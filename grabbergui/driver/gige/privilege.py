@@ -23,9 +23,10 @@ from grabbergui.core.errors import (
     ProtocolError,
 )
 from grabbergui.driver.gige.bootstrap import PORT_MASK, Capability, Control, Register, ip_text
-from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder
+from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.gvcp import Status, WriteReg
+from grabbergui.driver.gige.heartbeat import PRIVILEGE_AND_HOLDER, Holder
 
 log = logging.getLogger(__name__)
 
@@ -41,7 +42,6 @@ LOOK_AGAIN = 0.05
 "Seconds between two checks whether control is free."
 
 
-# -- taking --------------------------------------------------------------------------------------
 def take(link: ControlLink, camera: str, capability: Capability, *, take_over: bool = False) -> None:
     """Take control of a camera, with `take_over` also from an application that offers it.
 
@@ -96,7 +96,6 @@ def _released_in_time(link: ControlLink) -> bool:
     return True
 
 
-# -- offering and releasing ----------------------------------------------------------------------
 def offer(link: ControlLink, camera: str, capability: Capability) -> None:
     """Offer control to other instances of this program, if the camera can hand it over."""
     if not capability & Capability.SWITCHOVER:
@@ -133,7 +132,6 @@ def holder_of(link: ControlLink, capability: Capability) -> Holder | None:
     return holder[0], holder[1]
 
 
-# -- the holder ----------------------------------------------------------------------------------
 class _Controller(NamedTuple):
     """The application that controls a camera, as far as this machine knows."""
 

@@ -13,15 +13,9 @@ from hypothesis import strategies as st
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
 from grabbergui.driver.gige.bootstrap import Control, Register
-from grabbergui.driver.gige.control_channel import (
-    ControlChannel,
-    ControlTiming,
-    Exchange,
-    Heartbeat,
-    Holder,
-    Pulse,
-)
+from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, ReadReg, Request, Status, WriteReg
+from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
 READ = ReadReg((Register.CCP,))
 WRITE = WriteReg(((0x20030, 1),))

@@ -19,9 +19,10 @@ from grabbergui.core.errors import (
 )
 from grabbergui.driver.gige import gvcp, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control_channel import ControlTiming, Pulse
+from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.gvcp import Ack, WriteMem, WriteReg
+from grabbergui.driver.gige.heartbeat import Pulse
 from patience import PATIENCE, TRIES, until
 
 FEATURE = 0x20030

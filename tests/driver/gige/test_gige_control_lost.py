@@ -14,10 +14,11 @@ from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import control_link, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Pulse
+from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.gvcp import Request, WriteReg
+from grabbergui.driver.gige.heartbeat import Pulse
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
 

@@ -26,7 +26,7 @@ from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions, create, discover
 from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy
+from grabbergui.driver.gige.stream.packet_size import PacketSizePolicy
 from patience import PATIENCE, TRIES, attempts, until
 
 ARAVIS = pytest.mark.aravis

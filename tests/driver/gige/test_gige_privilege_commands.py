@@ -9,9 +9,10 @@ import pytest
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, GrabberError
 from grabbergui.driver.gige import privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
-from grabbergui.driver.gige.control_channel import PRIVILEGE_AND_HOLDER, ControlTiming
+from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.gvcp import Request, Status, WriteReg
+from grabbergui.driver.gige.heartbeat import PRIVILEGE_AND_HOLDER
 
 HOLDER = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
 

@@ -23,7 +23,8 @@ from grabbergui.driver.gige.bootstrap import Register, StreamChannel
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.stream.channel import GigeOptions
-from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
+from grabbergui.driver.gige.stream.packet_delay import PacketDelayPolicy
+from grabbergui.driver.gige.stream.packet_size import PacketSizePolicy
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.deviations import Deviations

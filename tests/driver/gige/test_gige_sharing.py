@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, UsageError
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.driver.gige.stream.packet_settings import ETHERNET_BYTES, PacketDelayPolicy
+from grabbergui.driver.gige.stream.packet_delay import ETHERNET_BYTES, PacketDelayPolicy
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera

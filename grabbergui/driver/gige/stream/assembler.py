@@ -78,7 +78,6 @@ class BlockAssembler:
         """Bytes of the largest payload."""
         return self._layout.payload_size
 
-    # -- packets ---------------------------------------------------------------------------------
     def receive(self, datagram: bytes | memoryview, now: float) -> None:
         """Take one datagram; its payload is copied into the block's buffer. Never raises."""
         try:
@@ -251,7 +250,6 @@ class BlockAssembler:
         if block.all_received():
             self._finish_ready()
 
-    # -- blocks ----------------------------------------------------------------------------------
     def _open_block(self, block_id: int) -> Block | None:
         for block in reversed(self._open):
             if block.block_id == block_id:
@@ -337,7 +335,6 @@ class BlockAssembler:
                 self.statistics.bytes += len(block.payload)
             yield block
 
-    # -- what the sources of packets count and want to know --------------------------------------
     def ignore(self, packets: int) -> None:
         """Count packets that are not from the device."""
         self.statistics.packets_ignored += packets
@@ -376,7 +373,6 @@ class BlockAssembler:
         packets = block.payload_packets()
         return max((self._previous_packets if packets is None else packets) - block.highest, 0)
 
-    # -- time ------------------------------------------------------------------------------------
     def timer(self) -> float:
         """Return when `handle_timer` wants to be called next; infinity where no block is open."""
         if not self._open:

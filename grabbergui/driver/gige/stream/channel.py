@@ -39,13 +39,12 @@ from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.block import LEAST_STRIDE
 from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
-from grabbergui.driver.gige.stream.packet_settings import (
+from grabbergui.driver.gige.stream.packet_delay import PacketDelayPolicy, settle_delay
+from grabbergui.driver.gige.stream.packet_size import (
     SMALLEST,
     UNKNOWN_SIZE,
-    PacketDelayPolicy,
     PacketSizePolicy,
     PacketSizer,
-    settle_delay,
 )
 from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy

@@ -182,7 +182,6 @@ class InPlaceReader:
         packets[len(lines) :, size:] = self._spill[behind : behind + count - len(lines)]
         return packets.ravel()[: message.length]
 
-    # -- the places --------------------------------------------------------------------------------
     def _point_at(self, places: Places) -> None:
         """Let the vectors point to a block's places; the vectors behind them point to spare memory."""
         count, stride = places.lines.shape

@@ -9,7 +9,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.driver.gige.bootstrap import StreamChannel, ip_number
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.gige.discovery import Interface
-from grabbergui.driver.gige.stream.packet_settings import SMALLEST, STEP, USUAL_SIZES, PacketSizer
+from grabbergui.driver.gige.stream.packet_size import SMALLEST, STEP, USUAL_SIZES, PacketSizer
 
 
 def arriving_sizes(
