@@ -17,6 +17,7 @@ from grabbergui.cli import servo_robots
 from grabbergui.cli.arguments import count_or_none, ipv4, not_negative, part, port, seconds
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config import EVERYBODY, AllowedAddresses
+from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import SourceUri
 from grabbergui.servo.robots.fault_list import DEFAULT_AFTER, FAULTS, Fault
@@ -60,6 +61,12 @@ def _add_camera(commands: Any) -> None:
         default="sim:",
         metavar="SOURCE",
         help="the camera and its power-on values: sim:colour?width=640&fps=60 …",
+    )
+    parser.add_argument(
+        "--twin",
+        type=Path,
+        metavar="FILE.zip",
+        help="with --gige: the camera of a report that `grabbergui report` made, instead of --camera",
     )
     parser.add_argument(
         "--serial",
@@ -122,6 +129,8 @@ def _bandwidth(text: str) -> float:
 
 
 def _simulate_camera(options: argparse.Namespace) -> int:
+    if options.twin is not None and (options.u3v or options.serial or options.camera != "sim:"):
+        raise UsageError("--twin needs --gige, and has a serial number and settings of its own")
     camera = SourceUri.parse(options.camera)
     if camera.scheme != "sim":
         raise UsageError(f"--camera {options.camera}: only the simulated camera can be simulated (sim:?…)")
@@ -132,6 +141,7 @@ def _simulate_camera(options: argparse.Namespace) -> int:
 
 
 def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
+    addresses = options.gige or ("127.0.0.1",)
     from grabbergui.driver.sim.device import power_on_at_address, scene_of
     from grabbergui.driver.sim.gige.server import serve
     from grabbergui.driver.sim.gige.stream import Faults
@@ -144,9 +154,14 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
         stall_after=options.stall_after,
         reboot_after=options.reboot_after,
     )
+    if options.twin is not None:
+        from grabbergui.driver.twin import device, gige
+
+        report = device.load(find_file(options.twin, "camera report"))
+        return functools.partial(gige.serve, addresses, report, faults=faults, bandwidth=options.bandwidth)
     return functools.partial(
         serve,
-        options.gige or ("127.0.0.1",),
+        addresses,
         serial=options.serial,
         power_on=power_on_at_address(camera),
         scene=scene_of(camera),

@@ -212,7 +212,7 @@ class ControlChannel:
     def _execute(self, header: CommandHeader, payload: bytes, source: Address, now: float) -> list[Outgoing]:
         self._source = source
         executors: dict[int, Callable[[bytes, int], bytes | None]] = {
-            CommandCode.DISCOVERY: lambda payload, flags: gev.identity(self.memory),
+            CommandCode.DISCOVERY: lambda payload, flags: self._identity(),
             CommandCode.FORCEIP: self._force_ip,
             CommandCode.READREG: self._read_registers,
             CommandCode.WRITEREG: self._write_registers,
@@ -245,6 +245,9 @@ class ControlChannel:
             pending = encode_pending_ack(int(SLOW_COMMAND_S * 2000), header.req_id)
             return [Outgoing(now, pending, source), Outgoing(now + SLOW_COMMAND_S, ack, source)]
         return [Outgoing(now, ack, source)]
+
+    def _identity(self) -> bytes:
+        return gev.identity(self.memory)
 
     def _force_ip(self, payload: bytes, flags: int) -> bytes | None:
         request = ForceIp.decode(payload)

@@ -148,6 +148,9 @@ for _name, _address, _value in (
 ):
     _register(_name, _address, _value)
 
+NUMBERS = tuple(_REGISTERS)
+"Every register of a number."
+
 _FEATURES = (
     "GevStreamChannelCount",
     "GevStreamChannelSelector",

@@ -116,13 +116,10 @@ class GigeCamera:
             raise SourceUnavailableError(
                 f"no camera can listen at {self.address}:{GVCP_PORT}: {error.strerror}; is another one there?"
             ) from error
-        self.model = CameraModel(scene=self._scene, power_on=self._power_on, files=self._files)
-        self.model.sensor.scene.prepare()
-        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac, self._deviations)
+        self.model = self._make_model()
+        memory = self._make_bootstrap(interface)
         for register, value in self._flash.items():
             memory.set(register, value)
-        if self._bandwidth:
-            memory.set(gev.LINK_SPEED, max(int(self._bandwidth * 8 / 1e6), 1))
         self._stream = StreamSender(
             self.model,
             self.address,
@@ -132,19 +129,29 @@ class GigeCamera:
             on_sent=self._on_sent,
         )
         self._report_source_port(memory)
-        self.control = ControlChannel(
-            self.model,
-            memory,
-            self._deviations,
-            largest_packet=min(interface.mtu, _LARGEST_DATAGRAM) & ~3,
-            on_resend=self._stream.resend,
-            on_test_packet=self._stream.send_test_packet,
-            on_stream_changed=self._configure_stream,
-            on_force_ip=self._move,
-        )
+        self.control = self._make_control(memory)
+        self.control.largest_packet = min(interface.mtu, _LARGEST_DATAGRAM) & ~3
+        self.control.on_resend = self._stream.resend
+        self.control.on_test_packet = self._stream.send_test_packet
+        self.control.on_stream_changed = self._configure_stream
+        self.control.on_force_ip = self._move
         self.model.on_event = self._send_event
         self.model.on_reset = lambda: self.control.after_ack(self.control.release)
         self._stream.start()
+
+    def _make_model(self) -> CameraModel:
+        model = CameraModel(scene=self._scene, power_on=self._power_on, files=self._files)
+        model.sensor.scene.prepare()
+        return model
+
+    def _make_bootstrap(self, interface: Interface) -> RegisterMemory:
+        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac, self._deviations)
+        if self._bandwidth:
+            memory.set(gev.LINK_SPEED, max(int(self._bandwidth * 8 / 1e6), 1))
+        return memory
+
+    def _make_control(self, memory: RegisterMemory) -> ControlChannel:
+        return ControlChannel(self.model, memory, self._deviations)
 
     def _address_at_power_on(self) -> str:
         """Return the persistent address if it is enabled and available; else the present one."""
