@@ -16,7 +16,8 @@ from grabbergui.core import encoded_image, ros_image
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.ros_image import RosImage
 from grabbergui.recording import FrameNote, read_notes, rebuilt
-from grabbergui.recording.mcap_file import McapRecording
+from grabbergui.recording.mcap_file import McapFile
+from grabbergui.recording.ros_recording import RosRecording
 
 FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
 
@@ -62,7 +63,7 @@ def one_input(data: bytes) -> None:
 def _recording(source: Input) -> None:
     FILE.write_bytes(source.rest())
     try:
-        recording = erring(McapRecording, FILE)
+        recording = erring(lambda: RosRecording(FILE, [McapFile(FILE)]))
         if recording is not None:
             for index in range(min(len(recording), 20)):
                 erring(recording.frame, index, 0)

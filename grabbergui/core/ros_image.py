@@ -31,6 +31,7 @@ FORMATS = {
     "mono16": "Mono16",
     **{f"bayer_{ros}{bits}": f"Bayer{order}{bits}" for bits in (8, 16) for order, ros in _BAYER.items()},
     **{f"{ros}{bits}": f"{order}{bits}" for bits in (8, 16) for order, ros in _COLOUR.items()},
+    "8UC2": "Coord3D_AC8",
     "8UC3": "BGR8",
     "8UC4": "BGRa8",
     "yuv422": "YUV422_8_UYVY",
@@ -91,6 +92,7 @@ IMAGE_DEFINITION = (
     f"{_HEADER}uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n"
     + _HEADER_DEFINITION
 )
+COMPRESSED_NAME = "sensor_msgs/msg/CompressedImage"
 TIME_NAME = "sensor_msgs/msg/TimeReference"
 TIME_DEFINITION = f"{_HEADER}builtin_interfaces/Time time_ref\nstring source\n" + _HEADER_DEFINITION
 STRING_NAME = "std_msgs/msg/String"
@@ -136,6 +138,28 @@ class RosImage:
                 f"an image of {height} lines of {step} bytes has only {len(data)} bytes"
             )
         return cls(stamp, frame_id, height, width, encoding, big, step, data)
+
+
+@dataclass(frozen=True)
+class RosCompressedImage:
+    """The fields of a `sensor_msgs/msg/CompressedImage`."""
+
+    stamp_ns: int
+    format: str
+    "Such as `jpeg`, or `bgr8; jpeg compressed bgr8` of image_transport."
+    data: memoryview
+
+    @classmethod
+    def decode(cls, message: bytes | memoryview) -> RosCompressedImage:
+        """Read a message; `data` is a view of it. Raises RemoteProtocolError."""
+        reader = _Reader(message)
+        stamp, _ = reader.header()
+        return cls(stamp, reader.text(), reader.bytes(reader.number("I")))
+
+
+def decode_stamp(message: bytes | memoryview) -> int:
+    """Return the nanoseconds of the header that a message begins with. Raises RemoteProtocolError."""
+    return _Reader(message).time()
 
 
 def encode_string(text: str) -> bytes:

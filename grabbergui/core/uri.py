@@ -236,6 +236,7 @@ class PlaybackOptions:
     speed: float = _option(
         1.0, "FACTOR", "speed, a number from 0.05 to 20; `2` is twice as fast", _number(0.05, 20)
     )
+    topic: str = _option("", "NAME|all", "the images of a ROS recording; all: every topic in each frame", str)
 
 
 @dataclass(frozen=True)

@@ -124,6 +124,8 @@ class Recording(ABC):
     "The recorded source, as display text."
     scan: Scan3d | None = None
     "The meaning of its 3D data; None if that was not recorded."
+    remark: str = ""
+    "What a user should know about it, such as further topics; empty if there is nothing."
     times_ns: list[int]
     "The time of each frame, never decreasing; only differences are meaningful."
 
@@ -189,37 +191,51 @@ def in_order_of_receipt(items: list[T], time: Callable[[T], int]) -> list[T]:
     return [item for section in sections for item in sorted(section, key=time)]
 
 
+def natural(path: Path) -> list[tuple[int, int, str]]:
+    """Return a key that sorts names as people count: `frame_2.png` before `frame_10.png`."""
+    parts = re.split(r"([0-9]{1,18})", path.name)
+    return [(0, int(part), "") if part.isascii() and part.isdigit() else (1, 0, part) for part in parts]
+
+
 # -- opening -------------------------------------------------------------------------------------
 VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
 "Suffixes of movies that are played."
 
 
-def open_recording(path: Path) -> Recording:
-    """Open the recording in a folder or file. Raises MissingFileError, UsageError, RecordingError."""
+def open_recording(path: Path, *, topic: str = "") -> Recording:
+    """Open the recording in a folder or file. Raises MissingFileError, UsageError, RecordingError.
+
+    `topic` chooses the images in a ROS recording; `all` are played at once, as components of a frame.
+    """
     try:
-        return _opened(path)
+        return _opened(path, topic)
     except OSError as error:
         raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
 
 
-def _opened(path: Path) -> Recording:
+def _opened(path: Path, topic: str) -> Recording:
     # Imported on demand, as each kind needs another library.
     if not path.exists():
         raise MissingFileError(f"there is no recording {path}; write file: and a folder, a movie or an .mcap")
+    from grabbergui.recording import bag_folder
+
+    files = bag_folder.bag_files(path) if path.is_dir() else [path]
+    if files and files[0].suffix.lower() in (".mcap", ".db3"):
+        from grabbergui.recording.ros_recording import RosRecording
+
+        return RosRecording(path, bag_folder.opened(files), topic)
+    if topic:
+        raise UsageError(f"{path} has no topics; topic= is for .mcap, .db3 and folders of rosbag2")
     if path.is_dir():
         from grabbergui.recording.folder import FolderRecording
 
         return FolderRecording(path)
-    if path.suffix.lower() == ".mcap":
-        from grabbergui.recording.mcap_file import McapRecording
-
-        return McapRecording(path)
     if path.suffix.lower() in VIDEO_SUFFIXES:
         from grabbergui.recording.movie_file import MovieRecording
 
         return MovieRecording(path)
     raise UsageError(
-        f"{path} is no recording; there are folders of images, .mcap and {', '.join(VIDEO_SUFFIXES)}"
+        f"{path} is no recording; there are folders of images, .mcap, .db3 and {', '.join(VIDEO_SUFFIXES)}"
     )
 
 

@@ -19,7 +19,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.ros_image import RosImage
-from grabbergui.recording.mcap_file import BESIDE_KEY, DEVICE_TIME, NOTE, SCAN_METADATA
+from grabbergui.recording.mcap_file import SCAN_METADATA
+from grabbergui.recording.ros_recording import BESIDE_KEY, DEVICE_TIME, NOTE
 from grabbergui.recording.writer import RecordingWriter, note_of, unpacked
 
 

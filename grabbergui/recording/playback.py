@@ -147,9 +147,12 @@ class PlaybackGrabber(FrameGrabber):
     recorded ones.
     """
 
-    def __init__(self, info: DeviceInfo, path: Path, *, loop: bool = True, speed: float = 1.0) -> None:
+    def __init__(
+        self, info: DeviceInfo, path: Path, *, loop: bool = True, speed: float = 1.0, topic: str = ""
+    ) -> None:
         super().__init__(info)
         self._path = path
+        self._topic = topic
         self._defaults = (loop, speed)
         self._recording: Recording | None = None
         self._state = PlaybackState(0, 0.0)
@@ -176,7 +179,7 @@ class PlaybackGrabber(FrameGrabber):
             self.connection_changed.emit(ConnectionState.OPENING, "")
             recording = None
             try:
-                recording = open_recording(self._path)
+                recording = open_recording(self._path, topic=self._topic)
                 loop, speed = self._defaults
                 state = PlaybackState(len(recording), recording.duration, loop=loop, speed=speed)
                 first, fault = _first_readable(recording)
@@ -189,6 +192,9 @@ class PlaybackGrabber(FrameGrabber):
             state.pixel_format = first.pixel_format.name
             self._recording, self._state, self._readable = recording, state, not fault
         self.connection_changed.emit(ConnectionState.OPEN, "")
+        if recording.remark:
+            log.info("%s: %s", self.info.uri, recording.remark)
+            self.noticed.emit(recording.remark)
         if fault:
             self._report(fault)
 
@@ -407,4 +413,4 @@ def create(uri: SourceUri) -> FrameGrabber:
     info = DeviceInfo(
         str(uri), "Recording", model=path.name, bus="File", address=str(path), user_name=path.name
     )
-    return PlaybackGrabber(info, path, loop=options.loop, speed=options.speed)
+    return PlaybackGrabber(info, path, loop=options.loop, speed=options.speed, topic=options.topic)

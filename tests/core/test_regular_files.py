@@ -221,6 +221,8 @@ OPENED_OTHERWISE = {
     "setup/completion.py": "the program's own cache and files shipped with it",
     "setup/parts.py": "shipped with the program, and ROS's own files",
     "library/effect.py": "the program's own cache",
+    "setup/seen.py": "the program's own cache, and a file shipped with it",
+    "report/stand_ins.py": "/sys",
     "driver/genapi/parse_cache.py": "the program's own cache, a folder that nobody else may write to",
     "doctor.py": "/proc and /sys",
     "net/ros2/runtime.py": "a profile of the user",

@@ -6,8 +6,9 @@ from mcap.writer import CompressionType, Writer
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-from grabbergui.recording import RecordingError, mcap_file
-from grabbergui.recording.mcap_file import McapRecording
+from grabbergui.recording import RecordingError, message_store
+from grabbergui.recording.mcap_file import McapFile
+from grabbergui.recording.ros_recording import RosRecording
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def written(tmp_path):
                 file.truncate(file.tell() + zeros)
             else:
                 writer.finish()
-        recordings.append(McapRecording(path))
+        recordings.append(RosRecording(path, [McapFile(path)]))
         return recordings[-1]
 
     yield write
@@ -93,7 +94,7 @@ def test_the_byte_order_of_single_bytes_is_ignored(written, encoding):
 
 
 def test_more_messages_than_memory_could_hold_are_refused(written, monkeypatch):
-    monkeypatch.setattr(mcap_file, "MOST_MESSAGES", 2)
+    monkeypatch.setattr(message_store, "MOST_MESSAGES", 2)
     images = [image(bytes(16), "mono8", 4, 4, 4)] * 3
     assert len(written(*images[:2], name="two.mcap")) == 2
     with pytest.raises(UsageError, match="more than 2 messages"):
