@@ -153,9 +153,10 @@ def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config:
     if truth.times[-1] - moving[1] > REST_S / 2:
         outcome.stopped_after = max(moving[1] - begun, 0.0)
     outcome.lines = [f"{moment - begun:.2f} {text}" for moment, text in said]
-    rest = math.inf if outcome.stopped_after is None else moving[1] + SAYS_S
+    # What follows from a fault may be reported in the same cycle; a marker is reached only after a while.
+    rest = math.inf if outcome.stopped_after is None or not trial.fault else moving[1] + SAYS_S
     for moment, text in said:
-        if begun < moment < rest:
+        if begun - 0.05 < moment < rest:
             outcome.said, outcome.said_after = text, moment - begun
     return outcome
 

@@ -230,9 +230,12 @@ _MOST_PENDING = 4
 "Requests for the list that may be pending; beyond that the oldest is removed."
 NODE = "grabbergui_servo_"
 "Beginning of our nodes' names."
+GUARDIAN = "grabbergui_guardian_"
+"Beginning of the names of our guardians' nodes."
 JOIN_S = 1.0
 "Seconds for which DDS discovers other programs before their absence counts."
-_WATCH_S = 1.0
+_WATCH_S = 0.2
+"Seconds between two looks for other programs."
 
 
 def receive_description(timeout: float = DISCOVERY_S) -> str:
@@ -340,6 +343,7 @@ class OtherPrograms:
         self._joined = time.monotonic()
         self._topics: Collection[str] = ()
         self._found = ""
+        self._strangers: frozenset[str] = frozenset()
 
     def refuse(self, topics: Collection[str]) -> None:
         """Raise SourceUnavailableError if there is one on these topics of commands.
@@ -367,8 +371,15 @@ class OtherPrograms:
                 f"another servo program, node {self._found}, commands {self._robot}, too: end one"
             )
 
+    @property
+    def strangers(self) -> frozenset[str]:
+        """The nodes that publish commands of these parts, guardians apart, when they were last looked for."""
+        return self._strangers
+
     def _look(self) -> None:
-        self._found = _servo_program(self._commanders())
+        commanders = self._commanders()
+        self._found = _servo_program(commanders)
+        self._strangers = frozenset(name for name in commanders if name and not name.startswith(GUARDIAN))
 
     def _commanders(self) -> set[str]:
         """Return the names of the nodes that publish commands, without this one; empty while unknown."""
@@ -381,35 +392,64 @@ def _servo_program(names: Collection[str]) -> str:
     return next((name for name in sorted(names) if name.startswith(NODE)), "")
 
 
-def start_servo_node(ros: Ros2Node, twists: str) -> None:
-    """Make the MoveIt Servo node that subscribes to `twists` obey them, if it offers services for that.
+class ServoNode:
+    """The MoveIt Servo node that subscribes to `twists`, as far as it offers services.
 
-    Humble has `start_servo` (Trigger); later releases have `switch_command_type` and `pause_servo` (SetBool).
-    Raises TransportError if it refuses or does not answer.
+    Humble has `start_servo` and `stop_servo` (Trigger); later releases have `switch_command_type` and
+    `pause_servo` (SetBool).
     """
-    node, prefix = ros.node, twists.rpartition("/")[0]
-    kinds: dict[str, str] = {}
 
-    def discovered() -> bool:
-        offered = node.get_service_names_and_types()
-        kinds.update(
-            (name.removeprefix(f"{prefix}/"), types[0])
-            for name, types in offered
-            if name.startswith(f"{prefix}/")
-        )
-        return "start_servo" in kinds or {"switch_command_type", "pause_servo"} <= kinds.keys()
+    def __init__(self, ros: Ros2Node, twists: str) -> None:
+        """Waits until the services are discovered, if there are any."""
+        self.paused = False
+        "Whether `pause` was called since the last `start`."
+        self._node, self._prefix = ros.node, twists.rpartition("/")[0]
+        self._kinds: dict[str, str] = {}
+        self._pausing: Any = None
+        ros.discovered(self._discovered)
 
-    ros.discovered(discovered)
-    if "start_servo" in kinds:
-        from std_srvs.srv import Trigger
+    def start(self) -> None:
+        """Make it obey twists. Raises TransportError if it refuses or does not answer."""
+        from std_srvs.srv import SetBool, Trigger
 
-        _call(node, Trigger, f"{prefix}/start_servo", Trigger.Request())
-    if "switch_command_type" in kinds:
-        _switch_to_twists(node, f"{prefix}/switch_command_type")
-    if kinds.get("pause_servo") == "std_srvs/srv/SetBool":
-        from std_srvs.srv import SetBool
+        self.paused = False
+        if "start_servo" in self._kinds:
+            self._call(Trigger, "start_servo", Trigger.Request())
+        if "switch_command_type" in self._kinds:
+            _switch_to_twists(self._node, f"{self._prefix}/switch_command_type")
+        if self._has_pause:
+            self._call(SetBool, "pause_servo", SetBool.Request(data=False))
+        if self._pausing is None and self._has_pause:
+            self._pausing = self._node.create_client(SetBool, f"{self._prefix}/pause_servo")
+        elif self._pausing is None and "stop_servo" in self._kinds:
+            self._pausing = self._node.create_client(Trigger, f"{self._prefix}/stop_servo")
 
-        _call(node, SetBool, f"{prefix}/pause_servo", SetBool.Request(data=False))
+    def pause(self) -> bool:
+        """Make it ignore twists, whoever sends them, without waiting; return whether it can."""
+        if self._pausing is None:
+            return False
+        request = self._pausing.srv_type.Request()
+        if self._has_pause:
+            request.data = True
+        self._pausing.call_async(request)
+        self.paused = True
+        return True
+
+    @property
+    def _has_pause(self) -> bool:
+        return self._kinds.get("pause_servo") == "std_srvs/srv/SetBool"
+
+    def _call(self, kind: Any, service: str, request: Any) -> None:
+        _call(self._node, kind, f"{self._prefix}/{service}", request)
+
+    def _discovered(self) -> bool:
+        offered = self._node.get_service_names_and_types()
+        prefix = f"{self._prefix}/"
+        self._kinds |= {
+            name.removeprefix(prefix): kinds[0] for name, kinds in offered if name.startswith(prefix)
+        }
+        kinds = self._kinds.keys()
+        return {"start_servo", "stop_servo"} <= kinds or {"switch_command_type", "pause_servo"} <= kinds
 
 
 def _switch_to_twists(node: Any, service: str) -> None:

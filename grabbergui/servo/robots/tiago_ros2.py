@@ -32,7 +32,7 @@ from grabbergui.servo.robots.tiago_parts import (
     ControllerManager,
     OtherPrograms,
     Part,
-    start_servo_node,
+    ServoNode,
 )
 
 log = logging.getLogger(__name__)
@@ -86,6 +86,7 @@ class TiagoOverRos2(Robot):
         self._ros: Ros2Node | None = None
         self._manager: ControllerManager | None = None
         self._others: OtherPrograms | None = None
+        self._servo: ServoNode | None = None
         self._drives: dict[str, Drive] = {}
         self._driven: dict[str, Part] = {}
         self._readings = messages.JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
@@ -132,13 +133,14 @@ class TiagoOverRos2(Robot):
             self._others.watch()
         arm = self._drives.get(ARM)
         if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
-            start_servo_node(self._ros, arm.topic)
+            self._servo = ServoNode(self._ros, arm.topic)
+            self._servo.start()
 
     @override
     def close(self) -> None:
         if self._ros is not None:
             self.stop()
-            self._driven, self._others = {}, None
+            self._driven, self._others, self._servo = {}, None, None
             self._ros.close()
             self._ros = None
 
@@ -172,6 +174,8 @@ class TiagoOverRos2(Robot):
         if part is None:
             return
         if part.drive.kind is Kind.TWIST:
+            if self._servo is not None and self._servo.paused:
+                self._servo.start()
             part.move_hand(twist, self._stamp())
             return
         state = self._known()
@@ -179,9 +183,18 @@ class TiagoOverRos2(Robot):
         self._stream(part, self.model.arm.velocities_for(state.arm, twist), state.arm)
 
     def stop(self) -> bool:
-        """Bring every part to rest where it is."""
+        """Bring every part to rest where it is.
+
+        While other nodes publish commands, MoveIt Servo is paused, too: it would obey the next of theirs.
+        """
         state, now = self._state, time.monotonic()
         delivered = True
+        if self._servo is not None and self._others is not None and (strangers := self._others.strangers):
+            paused = self._servo.pause()
+            how = (
+                "MoveIt Servo is paused" if paused else "end them, as a stop does not stop what they command"
+            )
+            log.warning("%s is commanded by %s, too: %s", self.name, ", ".join(sorted(strangers)), how)
         for name in (ARM, HEAD):
             part = self._driven.get(name)
             if part is None:
@@ -411,7 +424,7 @@ class TiagoChannel(Channel):
         from sensor_msgs.msg import JointState
 
         # Without shared memory: a frozen servo program may hold its locks.
-        ros = Ros2Node(f"grabbergui_guardian_{time.time_ns() % 10**9}", shared_memory=False)
+        ros = Ros2Node(f"{tiago_parts.GUARDIAN}{time.time_ns() % 10**9}", shared_memory=False)
         for name, drive in self._drives.items():
             limit = np.full(len(JOINTS[name]), np.inf)
             self._parts[name] = Part(ros.node, drive, JOINTS[name], -limit, limit)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -140,6 +141,8 @@ class TiagoTopics:
         else:
             self._listen_to_twists(node, topics.arm)
             self.arm_topic = topics.arm
+        self._obeys_twists = True
+        "As from `start_servo` until `stop_servo` of MoveIt Servo (Humble)."
         self._updates = 0
         steady_timer(node, UPDATE, self._update)
         self._frames = self._publish_frames(node)
@@ -176,8 +179,20 @@ class TiagoTopics:
 
     def _listen_to_twists(self, node: Any, topic: str) -> None:
         from geometry_msgs.msg import TwistStamped
+        from std_srvs.srv import Trigger
 
         node.create_subscription(TwistStamped, topic, self._on_twist, 1)
+        for service, on in (("start_servo", True), ("stop_servo", False)):
+            node.create_service(
+                Trigger, f"{topic.rpartition('/')[0]}/{service}", partial(self._switch_twists, on)
+            )
+
+    def _switch_twists(self, on: bool, _: Any, answer: Any) -> Any:
+        self._obeys_twists = answer.success = True
+        if not on:
+            self._obeys_twists = False
+            self._robot.move_hand(np.zeros(6))
+        return answer
 
     def _update(self) -> None:
         for controller in self.controllers.values():
@@ -188,6 +203,8 @@ class TiagoTopics:
             self._publish_state()
 
     def _on_twist(self, message: Any) -> None:
+        if not self._obeys_twists:
+            return
         try:
             self._robot.move_hand(messages.read_twist(message))
         except RemoteProtocolError as error:
