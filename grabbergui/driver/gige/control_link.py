@@ -35,6 +35,7 @@ from grabbergui.driver.gige.bootstrap import (
     Register,
 )
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
+from grabbergui.driver.gige.discovery import Interface, leave_through
 from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, ReadMem, ReadReg, Request, Status, WriteMem, WriteReg
 from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
@@ -50,7 +51,17 @@ _AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
 class ControlLink:
     """Sends commands to one device. Any thread may call; commands are sent in the order of the calls."""
 
-    def __init__(self, ip: str, port: int = GVCP_PORT, timing: ControlTiming | None = None) -> None:
+    def __init__(
+        self,
+        ip: str,
+        port: int = GVCP_PORT,
+        timing: ControlTiming | None = None,
+        interface: Interface | None = None,
+    ) -> None:
+        """Prepare to send to an address through an interface; None: the one that the routing table chooses.
+
+        Raises TransportError if there is no way to the address.
+        """
         self.on_lost: Callable[[str], None] | None = None
         "Called once, on the heartbeat's thread, when the camera is lost."
         self.on_held: Callable[[bool], None] | None = None
@@ -76,6 +87,9 @@ class ControlLink:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             _limit_receive(self._socket, LONGEST_RECEIVE)
+            if interface is not None:
+                self._socket.bind((interface.ip, 0))
+                leave_through(self._socket, interface)
             self._socket.connect((ip, port))
         except OSError as error:
             self._socket.close()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ipaddress
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -90,8 +90,7 @@ class GigeDevice(Device):
     def open(self, access: Access) -> Access:
         """Connect with control or read-only. Writes only the control privilege."""
         self.close()
-        # An IP address is used literally, even if the camera was found at another address.
-        found = None if is_ip_address(self.name) else self.search()
+        found = self._found()
         self._opening = link = self._link_to(found)
         memory = DeviceMemory(link)
         try:
@@ -120,6 +119,15 @@ class GigeDevice(Device):
         self._link, self._memory = link, memory
         self._stream = Streams([Stream(memory, address, interface, self.options, index) for index in indices])
         return access
+
+    def _found(self) -> FoundDevice | None:
+        """Return the wanted camera's answer to a search; None for an address that the route leads to.
+
+        An IP address is used literally, even if the camera was found at another address.
+        """
+        if is_ip_address(self.name):
+            return discovery.find_at(self.name, self.options.search_timeout / 4)
+        return self.search()
 
     def interrupt(self) -> None:
         """End the search and the commands of an `open` in progress. Any thread."""
@@ -172,14 +180,15 @@ class GigeDevice(Device):
         elif self.identity is not None:
             silent = f"{describe(self.info)} does not answer"
         raise SourceNotFoundError(
-            f"{silent}; found: {others}. Check power, cable and address; a camera in another network"
+            f"{silent}; found: {others}; asked through {_named(discovery.interfaces())}. Check power,"
+            " cable and address; a camera in another network"
             " can be named by its IP address, as in gige:192.168.0.10"
         )
 
     def _link_to(self, found: FoundDevice | None) -> ControlLink:
         """Open the control link. Raises TransportError without a route."""
         try:
-            return ControlLink(found.ip if found else self.name)
+            return ControlLink(found.ip if found else self.name, interface=_interface_to(found))
         except TransportError as error:
             raise TransportError(f"{error}{self._note_of(found)}") from error
 
@@ -203,8 +212,12 @@ class GigeDevice(Device):
         except AckTimeoutError as error:
             if error.postponed:
                 raise TransportError(f"what answers at {ip} is not ready: {error}") from error
+            asked = [each for each in discovery.interfaces() if each.reaches(ip)]
             note = self._note_of(found) or "; check power, cable and address"
-            raise SourceNotFoundError(f"no GigE Vision camera answers at {ip}{note}") from error
+            raise SourceNotFoundError(
+                f"no GigE Vision camera answers at {ip}, asked through"
+                f" {_named(asked or [interface_of(link.local_address)])}{note}"
+            ) from error
         except DeviceStatusError as error:
             if error.status != Status.ACCESS_DENIED:
                 raise
@@ -214,7 +227,7 @@ class GigeDevice(Device):
             ) from error
         except ProtocolError as error:
             raise TransportError(f"what answers at {ip} is no GigE Vision camera: {error}") from error
-        interface = interface_of(link.local_address)
+        interface = _interface_to(found) or interface_of(link.local_address)
         info = (found or FoundDevice(identity, ip, interface)).info()
         if mac and info.hardware_id and mac != int(info.hardware_id.replace(":", ""), 16):
             raise OtherCameraError(
@@ -293,8 +306,8 @@ class GigeDevice(Device):
         memory = self._opened()
         if self._messages is not None or not memory.read_optional(Register.MESSAGE_CHANNELS):
             return
-        local_ip = self._require_interface().ip
-        self._messages = MessageChannel(memory, self.info.address, local_ip, self.report_event)
+        interface = self._require_interface()
+        self._messages = MessageChannel(memory, self.info.address, interface, self.report_event)
 
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
@@ -319,6 +332,18 @@ class GigeDevice(Device):
     def _require_interface(self) -> Interface:
         assert self.interface is not None
         return self.interface
+
+
+def _named(asked: Sequence[Interface]) -> str:
+    """Return the interfaces on which a camera did not answer, for a message."""
+    return ", ".join(f"{each.name or 'the address'} ({each.ip})" for each in asked) or "no interface"
+
+
+def _interface_to(found: FoundDevice | None) -> Interface | None:
+    """Return the interface on which a camera answered; None where the routing table has to choose."""
+    if found is None or not found.reachable or found.interface.loopback or not found.interface.name:
+        return None
+    return found.interface
 
 
 USUAL_HEARTBEAT_MS = 3000

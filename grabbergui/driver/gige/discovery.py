@@ -7,6 +7,7 @@ import logging
 import os
 import selectors
 import socket
+import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -87,6 +88,30 @@ def _all_interfaces() -> list[Interface]:
                 netmask = each.netmask or "255.255.255.255"
                 found.append(Interface(name, each.address, netmask, link.mtu or DEFAULT_MTU, loopback))
     return found
+
+
+_UNICAST_INTERFACE = {"linux": (socket.IPPROTO_IP, 50), "win32": (socket.IPPROTO_IP, 31)}
+"""Levels and numbers of IP_UNICAST_IF, which takes an interface's index in network byte order."""
+_BOUND_INTERFACE = (socket.IPPROTO_IP, 25)
+"""macOS's IP_BOUND_IF, which takes it as it is."""
+
+
+def leave_through(opened: socket.socket, interface: Interface) -> None:
+    """Let a socket's datagrams leave through an interface, whatever the routing table prefers.
+
+    With two cards in one network it prefers the first for cameras on either. Nothing happens on the loopback,
+    for an interface without a name, and where the system cannot.
+    """
+    if interface.loopback or not interface.name:
+        return
+    try:
+        index = socket.if_nametoindex(interface.name.partition(":")[0])
+        if sys.platform in _UNICAST_INTERFACE:
+            opened.setsockopt(*_UNICAST_INTERFACE[sys.platform], index.to_bytes(4, "big"))
+        elif sys.platform == "darwin":
+            opened.setsockopt(*_BOUND_INTERFACE, index)
+    except OSError as error:
+        log.debug("%s cannot be chosen for a socket: %s", interface.name, error)
 
 
 # -- the search ----------------------------------------------------------------------------------
@@ -218,6 +243,18 @@ def ask(ip: str, timeout: float) -> FoundDevice | None:
     return found[0] if found else None
 
 
+def find_at(ip: str, timeout: float) -> FoundDevice | None:
+    """Return the device at an address, with the interface that it answers on, if several are in its network.
+
+    None if it does not answer, or one interface alone is in its network: then the routing table is right.
+    """
+    candidates = [each for each in interfaces() if not each.loopback and each.reaches(ip)]
+    if len({each.name for each in candidates}) < 2:
+        return None
+    found = Search([ip]).run(timeout, lambda device: device.ip == ip)
+    return next((device for device in found if device.ip == ip), None)
+
+
 class Search:
     """A search, used once."""
 
@@ -294,6 +331,7 @@ class Search:
                 asker.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
                 # Bound to its address, a limited broadcast leaves through this interface.
                 asker.bind((interface.ip, 0))
+                leave_through(asker, interface)
             except OSError as error:
                 log.debug("cannot search on %s: %s", interface.name, error)
                 asker.close()

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
 from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register, ip_number
 from grabbergui.driver.gige.control_link import DeviceMemory
+from grabbergui.driver.gige.discovery import Interface, leave_through
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
     MAX_PAYLOAD,
@@ -69,10 +70,13 @@ class MessageChannel:
         self,
         memory: DeviceMemory,
         device_ip: str,
-        local_ip: str,
+        interface: Interface,
         on_event: Callable[[int, bytes], None],
     ) -> None:
-        """Open a socket and write its address to the device. Raises TransportError, or as writes do."""
+        """Open a socket on an interface and write its address to the device.
+
+        Raises TransportError, or as writes do.
+        """
         self.inbox = MessageInbox()
         self._memory = memory
         self._device_ip = device_ip
@@ -81,11 +85,12 @@ class MessageChannel:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.settimeout(IDLE_WAIT)
-            self._socket.bind((local_ip, 0))
-            self._open(local_ip)
+            self._socket.bind((interface.ip, 0))
+            leave_through(self._socket, interface)
+            self._open(interface.ip)
         except OSError as error:
             self._socket.close()
-            raise TransportError(f"no socket for events on {local_ip}: {error}") from error
+            raise TransportError(f"no socket for events on {interface.ip}: {error}") from error
         except BaseException:
             self._socket.close()
             raise

@@ -97,7 +97,7 @@ def test_a_device_in_another_subnet_is_listed_with_the_remedy() -> None:
 def test_opening_a_device_to_which_no_network_leads_names_the_remedy(
     monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    def unreachable(ip: str) -> None:
+    def unreachable(ip: str, interface: Interface | None) -> None:
         raise TransportError(f"no way to {ip}: Network is unreachable")
 
     found = FoundDevice(Identity(serial="7"), "10.1.2.3", ETHERNET)

@@ -23,6 +23,7 @@ from grabbergui.driver.acquisition import MOST_WAITING, EventDelivery
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvcp import KEY, Ack, CommandCode, CommandHeader, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
@@ -116,7 +117,7 @@ def test_only_the_device_is_heard() -> None:
     channel = MessageChannel(
         registers,  # type: ignore[arg-type]
         "127.0.0.7",
-        "127.0.0.1",
+        Interface("lo", "127.0.0.1", loopback=True),
         lambda event_id, message: heard.put(event_id),
     )
     port = registers.written[Register.MCP]

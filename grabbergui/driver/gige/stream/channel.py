@@ -32,7 +32,7 @@ from grabbergui.driver.gige.bootstrap import (
     ip_text,
 )
 from grabbergui.driver.gige.control_link import DeviceMemory
-from grabbergui.driver.gige.discovery import Interface
+from grabbergui.driver.gige.discovery import Interface, leave_through
 from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.batch_source import BatchSource
@@ -175,6 +175,7 @@ class Stream:
         local = listening_address(group) if group else self._interface.ip
         receiver = open_stream_socket(local, payload_size, shared=bool(group))
         try:
+            leave_through(receiver, self._interface)
             if group:
                 join_multicast(receiver, group, self._interface.ip)
             self.port = receiver.getsockname()[1]
