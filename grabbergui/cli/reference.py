@@ -37,8 +37,10 @@ option or a bad value is refused before anything is opened. `grabbergui list` sh
 _PIXEL_FORMATS = """# Pixel formats
 
 This program knows {count} formats of the Pixel Format Naming Convention (PFNC 2.4) by name, of which {shown}
-can be shown. The layout of an unknown code, such as a vendor's own format, is guessed from
-its bits per pixel.
+can be shown. It also knows the names of GigE Vision 1.x (`RGB8Packed`) and the codes that Basler's older
+cameras use for formats of the convention. A vendor's own code is called what the camera calls it, like
+compressed formats (Hikrobot's `Mono8HB`) and those of event cameras; such frames are received and recorded
+as raw data. The layout of any other unknown code is guessed from its bits per pixel.
 
 *Bits* are those of a pixel in the payload and, if different, the significant bits of a sample. *Unpacked as*
 is the result of `frame.raw()`: type and components; packed samples have their value in the low bits.

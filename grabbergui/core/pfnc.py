@@ -75,7 +75,7 @@ class PixelFormat:
     fields: tuple[int, ...] = ()
     "Bits of each component of `Layout.FIELDS`, from the least significant."
     guessed: bool = False
-    "Whether the code is unknown and the layout was guessed from its bits per pixel."
+    "Whether the code is none of PFNC's or a vendor's, and the layout was guessed from its bits per pixel."
 
     @property
     def bits_per_pixel(self) -> int:
@@ -325,17 +325,24 @@ _ONE_COMPONENT = {1: "p", 2: "p", 4: "p", 8: "", 10: "p", 12: "p", 14: "p", 16: 
 _SEVERAL = {24: "RGB8", 30: "RGB10p", 32: "RGBa8", 36: "RGB12p", 40: "RGBa10p", 48: "RGB16", 64: "RGBa16"}
 
 
+def is_known(code: int) -> bool:
+    """Return whether the convention has a format of this code."""
+    return code in _BY_CODE
+
+
 def by_code(code: int) -> PixelFormat:
     """Return the format of a PFNC code.
 
-    An unknown one, such as a vendor's own, is named by its code. Its layout is guessed if there is a usual
-    one for its bits per pixel, else it is `Layout.OTHER`.
+    An unknown one is named by its code. Its layout is guessed if there is a usual one for its bits per pixel.
+    That of a vendor's own is `Layout.OTHER`: `vendor_formats` may know more.
     """
     return _BY_CODE.get(code) or _guessed(code)
 
 
 def _guessed(code: int) -> PixelFormat:
-    bits, components = code >> 16 & 0xFF, code >> 24 & 0x7F
+    if code & 0x80000000:
+        return PixelFormat(f"0x{code:08X}", code)
+    bits, components = code >> 16 & 0xFF, code >> 24
     name = ""
     if components == 1 and bits in _ONE_COMPONENT:
         name = f"Mono{bits}{_ONE_COMPONENT[bits]}"

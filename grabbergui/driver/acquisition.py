@@ -19,6 +19,7 @@ from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.settle import instances_of
+from grabbergui.driver.camera_formats import CameraFormats
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.port import ChunkReader
@@ -64,6 +65,7 @@ class Acquisition:
         "Reads the chunk data of the current stream; None while ChunkModeActive is off."
         self._chunk_reader: ChunkReader | None = None
         "Reused by later streams, because making it parses the whole description."
+        self._formats: CameraFormats | None = None
         self._stream_locks: dict[str, bool] = {}
         "Cache for `pauses_for` during a stream: whether only the stream locks a feature."
 
@@ -79,6 +81,7 @@ class Acquisition:
         request = StreamRequest(payload_size(nodes), self._deliver_incomplete)
         self._fanout.clear()
         self._chunks = self._reader_of_chunks(nodes)
+        self._formats = CameraFormats(nodes, self._device.info.vendor)
         self._device.open_stream(request, self._deliver)
         _invalidate_transport_features(nodes)
         try:
@@ -161,6 +164,8 @@ class Acquisition:
 
     def _deliver(self, frame: Frame) -> None:
         """Pass a frame to the consumers. Called on the transport's receiver thread."""
+        if self._formats is not None:
+            self._formats.correct(frame)
         if self._chunks is not None and frame.complete:
             payload = frame.payload if frame.chunk_payload is None else frame.chunk_payload
             frame.chunks.update(self._chunks.read(payload))

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core import pfnc
+from grabbergui.core import pfnc, vendor_formats
 from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
@@ -314,10 +314,18 @@ def is_chunk_value(value: object) -> bool:
     return isinstance(value, ChunkValue) and not (isinstance(value, float) and not math.isfinite(value))
 
 
+def stored_name(pixel_format: PixelFormat) -> str:
+    """Return a format's name for recordings: PFNC's; of any other the code, and the camera's name for it."""
+    code = f"0x{pixel_format.code:08X}"
+    if pfnc.is_known(pixel_format.code) or not pixel_format.code or pixel_format.name == code:
+        return pixel_format.name
+    return f"{code} {pixel_format.name}"
+
+
 def format_named(name: str) -> PixelFormat:
-    """Return the format of a PFNC name, or of a code in hexadecimal. Raises RecordingError."""
-    if re.fullmatch(r"0x[0-9A-F]{8}", name, re.ASCII):
-        return pfnc.by_code(int(name, 16))
+    """Return the format that `stored_name` named. Raises RecordingError."""
+    if code := re.match(r"(0x[0-9A-F]{8})(?: (\w{1,64}))?$", name, re.ASCII):
+        return vendor_formats.of_camera(int(code[1], 16), code[2] or "")
     try:
         return pfnc.by_name(name)
     except KeyError:
@@ -333,7 +341,7 @@ def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
     pixel_format = format_named(note.pixel_format) if has_image else PixelFormat(note.pixel_format, 0)
     pixels = pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
     payload = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
-    if payload.nbytes < pixel_format.image_bytes(note.width, note.height):
+    if pixel_format.convertible and payload.nbytes < pixel_format.image_bytes(note.width, note.height):
         raise RecordingError(
             f"a recorded frame of {note.width}×{note.height} {pixel_format} has only {payload.nbytes} bytes"
         )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.recording import FrameNote, is_chunk_value
+from grabbergui.recording import FrameNote, is_chunk_value, stored_name
 
 
 class RecordingWriter(ABC):
@@ -61,7 +61,7 @@ def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNot
         file=file,
         width=frame.width,
         height=frame.height,
-        pixel_format=pixel_format.name,
+        pixel_format=stored_name(pixel_format),
         frame_id=frame.frame_id,
         timestamp_ns=frame.timestamp_ns,
         received_ns=frame.received_ns,

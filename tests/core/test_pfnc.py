@@ -58,11 +58,11 @@ def test_codes_and_names_are_unique():
 @pytest.mark.parametrize(
     ("code", "family", "depth", "components"),
     [
-        (0x81080001, Family.MONO, 8, 1),
-        (0x810C0001, Family.MONO, 12, 1),
+        (0x01080FFF, Family.MONO, 8, 1),
+        (0x010C0FFF, Family.MONO, 12, 1),
         (0x01100FFF, Family.MONO, 16, 1),
-        (0x82180001, Family.RGB, 8, 3),
-        (0x82300001, Family.RGB, 16, 3),
+        (0x02180FFF, Family.RGB, 8, 3),
+        (0x02300FFF, Family.RGB, 16, 3),
     ],
 )
 def test_an_unknown_code_is_read_from_its_bits(code, family, depth, components):
@@ -79,10 +79,11 @@ def test_any_code_has_a_format(code):
     assert pfnc.unpacked(known) is None or pfnc.unpacked(known).convertible
 
 
-def test_bits_without_a_usual_layout_are_not_guessed():
-    unknown = pfnc.by_code(0x810900AA)
-    assert (unknown.name, unknown.convertible, unknown.bits_per_pixel) == ("0x810900AA", False, 9)
-    assert unknown.image_bytes(10, 10) == 113
+@pytest.mark.parametrize("code", [0x010900AA, 0x810900AA, 0x81080001])
+def test_unusual_bits_and_vendors_codes_are_not_guessed(code):
+    unknown = pfnc.by_code(code)
+    assert (unknown.name, unknown.convertible) == (f"0x{code:08X}", False)
+    assert unknown.image_bytes(10, 10) == (100 * unknown.bits_per_pixel + 7) // 8
 
 
 def test_an_unknown_name_is_a_key_error():

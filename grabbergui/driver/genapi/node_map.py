@@ -106,6 +106,14 @@ class CameraNodeMap:
         with self._lock:
             return bool(self._map.has_node(name))
 
+    def entry_numbers(self, name: str) -> dict[int, str]:
+        """Return the entries of an enumeration by number, available or not; empty for any other node."""
+        with self._lock:
+            node = self._map.get_node(name) if self._map.has_node(name) else None
+            if not isinstance(node, genapi.IEnumeration):
+                return {}
+            return {int(entry.value): str(entry.symbolic) for entry in node.entries}
+
     def feature(self, name: str) -> Feature:
         """Return a snapshot of a feature (see `has`), or of a node outside the feature tree."""
         with self._lock:

@@ -99,7 +99,8 @@ def test_only_the_camera_s_names_count(camera, polarised):
     [
         (by_name("Mono8"), True),
         (by_name("Mono12p"), True),
-        (by_code(0x81080001), True),
+        (by_code(0x01080FFF), True),
+        (by_code(0x81080001), False),
         (by_name("Confidence8"), False),
         (by_name("Data8"), False),
         (by_name("Mono8s"), False),
