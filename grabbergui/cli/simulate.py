@@ -205,6 +205,13 @@ def _add_teo(commands: Any) -> None:
     parser.add_argument(
         "--yarp", choices=("3.x", "4.0"), default="3.x", help="the version of YARP to imitate (3.x)"
     )
+    parser.add_argument(
+        "--solver",
+        choices=("tolerant", "kdl"),
+        default="tolerant",
+        help="how the arm follows a twist that a joint cannot follow: tolerant moves the others, which is "
+        "harder for a program that keeps limits; kdl stops the arm, as BasicCartesianControl (tolerant)",
+    )
     parser.set_defaults(run=_simulate_teo)
 
 
@@ -221,7 +228,7 @@ def _simulate_teo(options: argparse.Namespace) -> int:
     with ExitStack() as stack, stop_on_signals() as stop:
         robot, camera = _robot_with_camera(teo.MODEL, options, stack)
         names = stack.enter_context(named_server(options.nameserver or "", ours=options.with_name_server))
-        ports = TeoPorts(robot, names, options.name, Dialect(options.yarp))
+        ports = TeoPorts(robot, names, options.name, Dialect(options.yarp), kdl=options.solver == "kdl")
         ports.open()
         stack.callback(ports.close)
         images = YarpGrabberServer(camera, f"{options.name}/camera", names=names)

@@ -1,5 +1,6 @@
 """TEO's messages against those of real control boards and Cartesian controllers, recorded."""
 
+import math
 import threading
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_messages import FAIL, OK
-from grabbergui.servo.robots.teo_ports import SimulatedCartesian
+from grabbergui.servo.robots.teo_ports import SimulatedCartesian, joint_velocities
 
 DATA = Path(__file__).parents[1] / "data" / "yarp"
 
@@ -289,3 +290,49 @@ def test_a_wait_may_be_longer_than_the_system_can_count(cartesian):
 )
 def test_a_controller_refuses_what_it_cannot_do(cartesian, text):
     assert request(cartesian, text) == FAIL
+
+
+def arm_at(**degrees):
+    """TEO's joint angles at home but for some, in radians."""
+    angles = teo.HOME.copy()
+    for name, value in degrees.items():
+        angles[teo.RIGHT_ARM.joint_names.index(name)] = math.radians(value)
+    return angles
+
+
+def test_a_streamed_twist_becomes_the_joint_velocities_of_the_pseudo_inverse():
+    twist = np.array([0.05, -0.03, 0.02, 0.1, 0.0, -0.2])
+    velocities = joint_velocities(teo.RIGHT_ARM, teo.HOME, twist)
+    assert teo.RIGHT_ARM.jacobian(teo.HOME) @ velocities == pytest.approx(twist)
+
+
+@pytest.mark.parametrize(
+    ("angles", "twist", "moves"),
+    [
+        (arm_at(FrontalRightWrist=44.7), (0, 0, 0, 0, 0.3, 0), False),
+        (arm_at(FrontalRightWrist=44.7), (0, 0, 0, 0, -0.3, 0), True),
+        (teo.HOME, (0, -0.6, 0, 0, 0, 0), False),
+    ],
+    ids=["at its end, outwards", "at its end, inwards", "too fast"],
+)
+def test_the_whole_arm_stops_where_one_joint_cannot_follow(angles, twist, moves):
+    velocities = joint_velocities(teo.RIGHT_ARM, angles, np.array(twist, float))
+    assert bool(velocities.any()) == moves
+
+
+def test_joint_velocities_hold_until_the_next_command(robot, names, clock):
+    cartesian = SimulatedCartesian(robot, names, "/arm", kdl=True)
+    cartesian.answer(asked(Bottle([Vocab("set"), Vocab("cpsc"), Vocab("twst")]).encode()))
+    cartesian._command(asked(teo_messages.twist(np.array([0.0, 0.0, 0.05, 0, 0, 0])).encode()))
+    pass_time(clock, cartesian, 0.5)
+    before = robot.truth().arm
+    pass_time(clock, cartesian, 0.5)
+    middle = robot.truth().arm
+    pass_time(clock, cartesian, 0.5)
+    assert robot.truth().arm - middle == pytest.approx(middle - before, rel=1e-3)
+    assert np.abs(middle - before).max() > 0.05
+    assert cartesian.answer(asked(Bottle([Vocab("stop")]).encode())) == Bottle([OK])
+    pass_time(clock, cartesian, 0.5)
+    rests = robot.truth().arm
+    pass_time(clock, cartesian, 0.3)
+    assert robot.truth().arm == pytest.approx(rests, abs=1e-5)

@@ -63,6 +63,8 @@ class SimRobot(Robot):
         self._head_velocity = np.zeros(2)
         "The commanded velocity, or the highest speed on the way to `_head_target`."
         self._twist = np.zeros(6)
+        self._arm_velocity: Vector | None = None
+        "The joints' commanded velocity, instead of a twist."
         self._head_until = self._arm_until = -math.inf
         self._true: RobotState | None = None
         "The true state at `_time`, once it was requested."
@@ -125,13 +127,21 @@ class SimRobot(Robot):
         with self._lock:
             self._advance()
             if np.shape(target) == self._arm.angles.shape and np.isfinite(target).all():
-                self._arm_target = self.model.arm.clamped(target)
+                self._arm_target, self._arm_velocity = self.model.arm.clamped(target), None
+
+    def move_arm(self, velocity: Vector) -> None:
+        """Move the joints at velocities, rad/s, each within its limits, as a board in velocity mode does."""
+        with self._lock:
+            self._advance()
+            self._arm_target = None
+            self._arm_velocity = _finite(velocity, len(self.model.arm.low))
+            self._arm_until = self._time + self.COMMAND_TIMEOUT
 
     @override
     def move_hand(self, twist: Vector) -> None:
         with self._lock:
             self._advance()
-            self._arm_target = None
+            self._arm_target = self._arm_velocity = None
             self._twist = _finite(twist, 6)
             self._arm_until = self._time + self.COMMAND_TIMEOUT
 
@@ -145,7 +155,7 @@ class SimRobot(Robot):
     def stop(self) -> bool:
         with self._lock:
             self._advance()
-            self._head_target = self._arm_target = None
+            self._head_target = self._arm_target = self._arm_velocity = None
             self._head_until = self._arm_until = -math.inf
             self._head.halt()
             self._arm.halt()
@@ -199,9 +209,12 @@ class SimRobot(Robot):
         if self._head_target is not None:
             fastest = self._head_velocity
             head = np.clip((self._head_target - self._head.angles) / AIM_S, -fastest, fastest)
-        twist = self._twist if self._time < self._arm_until else np.zeros(6)
+        obeyed = self._time < self._arm_until
+        twist = self._twist if obeyed else np.zeros(6)
         arm = np.zeros_like(self._arm.angles)
-        if twist.any():
+        if self._arm_velocity is not None:
+            arm = self._arm_velocity if obeyed else arm
+        elif twist.any():
             arm = self.model.arm.velocities_for(self._arm.angles, twist)
         elif self._arm_target is not None:
             fastest = self.model.arm.fastest

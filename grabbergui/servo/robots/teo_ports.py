@@ -19,6 +19,7 @@ from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
@@ -33,8 +34,26 @@ ARRIVED = (5e-4, 2e-3)
 "Metres and radians from a target within which a move is done."
 GAIN = 8.0
 "1/s: velocity per distance to a target."
+NEGLIGIBLE = 1e-5
+"Singular value of the Jacobian, relative to the largest, that the solver takes for zero."
+AT_END = np.radians(1e-5)
+"Radians from a joint's limit within which it is at its end."
 TURN = 0.6
 "Highest rotational speed on the way to a target, rad/s."
+
+
+def joint_velocities(arm: Chain, angles: Vector, twist: Vector) -> Vector:
+    """Return the joint velocities, rad/s, with which BasicCartesianControl follows a streamed twist.
+
+    They hold until the next command. Its solver is KDL's pseudo-inverse, which knows no limits. The whole arm
+    stops if a joint would have to be faster than its limit, or if one is at its end and would move outwards.
+    """
+    velocities: Vector = np.linalg.pinv(arm.jacobian(angles), rcond=NEGLIGIBLE) @ twist
+    low, high = angles < arm.low + AT_END, angles > arm.high - AT_END
+    outwards = (low & (velocities < 0)) | (high & (velocities > 0))
+    if outwards.any() or (np.abs(velocities) > arm.fastest).any():
+        return np.zeros_like(velocities)
+    return velocities
 
 
 class SimulatedCartesian:
@@ -44,6 +63,9 @@ class SimulatedCartesian:
     while nothing is controlled; any other motion and any stop end that. A twist holds until the next command,
     as in velocity mode; the arm goes straight to a streamed pose, as in position direct mode. Joint moves are
     straight lines, too; it refuses forces and tools.
+
+    By default the arm follows a twist as far as it can, which is worse for whoever has to keep limits. With
+    `kdl` it follows streamed twists as BasicCartesianControl does (`joint_velocities`).
     """
 
     def __init__(
@@ -53,14 +75,18 @@ class SimulatedCartesian:
         name: str,
         dialect: Dialect = Dialect.YARP3,
         pose_word: Vocab = messages.POSE_WORDS[-1],
+        *,
+        kdl: bool = False,
     ) -> None:
         """`pose_word` announces and starts streamed poses; it depends on the controller's version."""
-        self._robot = robot
+        self._robot, self._kdl = robot, kdl
         self._dialect = dialect
         self._pose_word = str(pose_word)
         self._changed = threading.Condition(threading.RLock())
         self._state = messages.NOT_CONTROLLING
         self._twist: Vector | None = None
+        self._velocity: Vector | None = None
+        "With `kdl` the joint velocities of the newest streamed twist, rad/s."
         self._target: Pose | None = None
         self._settings: dict[str, Item] = {
             **{"cpf": Vocab("cpfb"), "cpsc": Vocab("nset"), "cpcg": 0.05, "cptd": 0.0},
@@ -80,6 +106,8 @@ class SimulatedCartesian:
                 self._approach(self._robot.truth().hand, self._target)
             elif self._twist is not None:
                 self._robot.move_hand(self._in_base(self._twist))
+            elif self._velocity is not None:
+                self._robot.move_arm(self._velocity)
             status = self._status()
         if not self._robot.silent:
             self._stream.write(status.encode(self._dialect))
@@ -135,12 +163,22 @@ class SimulatedCartesian:
             if values is None:
                 return
             if announced == "twst":
-                self._twist = values
-                self._robot.move_hand(self._in_base(values))
+                self._follow(self._in_base(values), values)
             else:
                 angles = self._joints_at(self._absolute(values))
                 if angles is not None:
                     self._robot.point_arm(angles)
+
+    def _follow(self, in_base: Vector, twist: Vector) -> None:
+        """Follow a streamed twist, which is given along the base's axes and along the configured ones."""
+        if not self._kdl:
+            self._twist = twist
+            self._robot.move_hand(in_base)
+            return
+        arm = self._robot.truth().arm
+        assert arm is not None
+        self._velocity = joint_velocities(self._robot.model.arm, arm, in_base)
+        self._robot.move_arm(self._velocity)
 
     def _get(self, what: str) -> Bottle:
         if what == "prms":
@@ -191,7 +229,7 @@ class SimulatedCartesian:
 
     def _rest(self) -> None:
         self._state, self._settings["cpsc"] = messages.NOT_CONTROLLING, Vocab("nset")
-        self._target = self._twist = None
+        self._target = self._twist = self._velocity = None
         self._robot.move_hand(np.zeros(6))
         self._changed.notify_all()
 
@@ -237,12 +275,14 @@ class TeoPorts:
         prefix: str = "/teoSim",
         dialect: Dialect = Dialect.YARP3,
         pose_word: Vocab = messages.POSE_WORDS[-1],
+        *,
+        kdl: bool = False,
     ) -> None:
-        """All ports speak `dialect`; for `pose_word` see SimulatedCartesian."""
+        """All ports speak `dialect`; for `pose_word` and `kdl` see SimulatedCartesian."""
         self._robot = robot
         self._dialect = dialect
         self._head = SimulatedBoard(robot, names, f"{prefix}{HEAD}", dialect)
-        self._arm = SimulatedCartesian(robot, names, f"{prefix}{ARM}", dialect, pose_word)
+        self._arm = SimulatedCartesian(robot, names, f"{prefix}{ARM}", dialect, pose_word, kdl=kdl)
         self._arm_encoders = OutputPort(f"{prefix}{ARM_BOARD}/state:o", names)
         self._ports = (*self._head.ports, *self._arm.ports, self._arm_encoders)
         self._running = threading.Event()
