@@ -86,6 +86,25 @@ def is_ip_address(name: str) -> bool:
     return True
 
 
+_LIKE_AN_ADDRESS = re.compile(r"([0-9]+(?:\.[0-9]+){2,3})(?::[0-9]*)?", re.ASCII)
+
+
+def check_address(uri: SourceUri, port: int) -> None:
+    """Raise UsageError for the name of a camera on a network that is meant as an address and is none.
+
+    `port` is the one at which all of them listen.
+    """
+    match = _LIKE_AN_ADDRESS.fullmatch(uri.name)
+    if match is None or is_ip_address(uri.name):
+        return
+    if is_ip_address(match[1]):
+        raise UsageError(f"{uri}: cameras listen at port {port} only; write {uri.scheme}:{match[1]}")
+    raise UsageError(
+        f"{uri}: {uri.name} is no IPv4 address, which has four numbers from 0 to 255 without leading zeros,"
+        f" as in {uri.scheme}:192.168.0.10"
+    )
+
+
 @dataclass(frozen=True)
 class NoOptions:
     """The options of a kind of source that has none."""

@@ -82,14 +82,15 @@ class Part:
         ) + self.SHAPE.pack(self.width, self.height, self.padding_x, self.padding_y, 0)
 
     @classmethod
-    def decode(cls, container: Bytes, at: int) -> Part:
-        """Read a header at an offset. Raises RemoteProtocolError."""
+    def decode(cls, container: Bytes, at: int, length: int | None = None) -> Part:
+        """Read a header at an offset; `length` as in `Container.decode`. Raises RemoteProtocolError."""
         kind, _, size, code, _, flow, flow_offset, data_size, data_offset = _fields(
             cls.FORMAT, container, at, "part header"
         )
-        if data_offset + data_size > len(container):
+        length = len(container) if length is None else length
+        if data_offset + data_size > length:
             raise RemoteProtocolError(
-                f"a GenDC part ends at byte {data_offset + data_size} of a container of {len(container)}"
+                f"a GenDC part ends at byte {data_offset + data_size} of a container of {length}"
             )
         shape = (0, 0, 0, 0)
         if kind & 0xFF00 == HeaderType.IMAGE_1D and size >= cls.FORMAT.size + 8:
@@ -143,15 +144,15 @@ class Component:
         ) + struct.pack(f"<{len(part_offsets)}Q", *part_offsets)
 
     @classmethod
-    def decode(cls, container: Bytes, at: int) -> Component:
-        """Read a header and those of its parts. Raises RemoteProtocolError."""
+    def decode(cls, container: Bytes, at: int, length: int | None = None) -> Component:
+        """Read a header and those of its parts, as `Part.decode`. Raises RemoteProtocolError."""
         kind, flags, _, group, source, region, x, y, timestamp, type_id, code, count = _fields(
             cls.FORMAT, container, at, "component header"
         )
         if kind != HeaderType.COMPONENT:
             raise RemoteProtocolError(f"a GenDC component header of type 0x{kind:04X}")
         offsets = _offsets(container, at + cls.FORMAT.size, count)
-        parts = tuple(Part.decode(container, offset) for offset in offsets) if not flags & 1 else ()
+        parts = tuple(Part.decode(container, offset, length) for offset in offsets) if not flags & 1 else ()
         return cls(type_id, code, parts, group, source, region, x, y, timestamp, flags)
 
 
@@ -198,8 +199,11 @@ class Container:
         )
 
     @classmethod
-    def decode(cls, container: Bytes) -> Container:
-        """Read the descriptor at the start of a whole container. Raises RemoteProtocolError."""
+    def decode(cls, container: Bytes, length: int | None = None) -> Container:
+        """Read the descriptor at the start of a container; of a whole one unless its `length` is given.
+
+        Raises RemoteProtocolError.
+        """
         check_version(container)
         _, *version, kind, flags, _, container_id, _, size, offset, descriptor, count = _fields(
             cls.FORMAT, container, 0, "container header"
@@ -211,7 +215,7 @@ class Container:
                 f"a GenDC descriptor of {descriptor} bytes in a container of {len(container)}"
             )
         components = tuple(
-            Component.decode(container, at) for at in _offsets(container, cls.FORMAT.size, count)
+            Component.decode(container, at, length) for at in _offsets(container, cls.FORMAT.size, count)
         )
         major, minor, patch = version
         return cls(components, container_id, size, offset, descriptor, (major, minor, patch), flags)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 
@@ -69,3 +70,24 @@ def test_names_of_files_that_are_no_utf8_are_read_back():
 def test_any_text_is_a_uri_or_a_usage_error(text):
     with suppress(UsageError):
         assert SourceUri.parse(text).scheme.islower()
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("gige:10.0.0.256", "10.0.0.256 is no IPv4 address"),
+        ("gige:192.168.010.5", "without leading zeros"),
+        ("gige:10.0.0", "10.0.0 is no IPv4 address"),
+        ("gige:127.0.0.1:3956", "write gige:127.0.0.1$"),
+        ("gige:10.0.0.1:80", "listen at port 3956 only; write gige:10.0.0.1$"),
+    ],
+)
+def test_a_wrong_address_is_called_one(text, remedy):
+    """It was searched for as a serial number."""
+    with pytest.raises(UsageError, match=remedy):
+        sources.create(text)
+
+
+@pytest.mark.parametrize("text", ["gige:192.168.0.10", "gige:40012345", "gige:1.5", "gige:00:11:1c:f0:00:01"])
+def test_other_names_of_cameras_stay(text):
+    assert sources.create(text).info.uri == text

@@ -29,7 +29,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, choose, describe, differs, distinct_names, require_same
-from grabbergui.core.uri import NoOptions, SourceUri, is_ip_address, read_options
+from grabbergui.core.uri import NoOptions, SourceUri, check_address, is_ip_address, read_options
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
     CONTROL_LOST_CALLBACK,
@@ -41,7 +41,7 @@ from grabbergui.driver.aravis.library import (
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
 from grabbergui.driver.genapi.vetting import port_name
-from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Control, Register
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, GVCP_PORT, Control, Register
 from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
@@ -332,6 +332,7 @@ SEARCH = "GRABBERGUI_ARAVIS"
 def create(uri: SourceUri) -> FrameGrabber:
     """Return the camera of a URI, without opening it. Raises UsageError, SourceUnavailableError."""
     read_options(NoOptions, uri)
+    check_address(uri, GVCP_PORT)
     load()
     info = DeviceInfo(str(uri), bus="Aravis", address=uri.name)
     return Camera(AravisDevice(uri.name, info))

@@ -27,12 +27,12 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, distinct_names, require_same
-from grabbergui.core.uri import GigeUriOptions, SourceUri, is_ip_address, read_options
+from grabbergui.core.uri import GigeUriOptions, SourceUri, check_address, is_ip_address, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
 from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
-from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import GVCP_PORT, Capability, Control, Register, StreamChannel
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
 from grabbergui.driver.gige.gvcp import Status
@@ -381,6 +381,7 @@ MOST_CHANNELS = 512
 def create(uri: SourceUri) -> FrameGrabber:
     """Return the camera of a URI, without opening or searching for it. Raises UsageError."""
     chosen = read_options(GigeUriOptions, uri)
+    check_address(uri, GVCP_PORT)
     options = GigeOptions(
         packet_size=PacketSizePolicy.parse(chosen.packet_size),
         resend=ResendPolicy(enabled=chosen.resend),

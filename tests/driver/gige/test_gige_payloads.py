@@ -287,3 +287,43 @@ def test_the_leaders_header_counts_the_parts() -> None:
     block = Block(plan, np.zeros(plan.payload_bytes, np.uint8), 1500, extended=True)
     header = PacketHeader.decode(block.leader())
     assert (header.parts, len(Leader.decode(block.leader()[header.size :]).parts)) == (3, 3)
+
+
+@pytest.mark.parametrize("order", ["in order", "backwards"])
+@pytest.mark.parametrize("flows", [(5, 5, 5), (0, 1, 2), (3, 1, 1)], ids=str)
+def test_data_of_a_container_in_other_flows_than_0(flows: tuple[int, int, int], order: str) -> None:
+    """Flows of the descriptor and of two parts; those of one flow follow each other."""
+    sizes = (300, 200)
+    begin = gendc.descriptor_size([1, 1])
+    starts = (begin, begin + sizes[0])
+    used: dict[int, int] = {flows[0]: begin}
+    offsets = []
+    for flow, size in zip(flows[1:], sizes, strict=True):
+        offsets.append(used.get(flow, 0))
+        used[flow] = offsets[-1] + size
+    parts = [
+        gendc.Part(gendc.HeaderType.IMAGE_2D, 0x01080001, size, start, size, 1, 0, 0, flow, offset)
+        for size, start, flow, offset in zip(sizes, starts, flows[1:], offsets, strict=True)
+    ]
+    components = tuple(gendc.Component(1, 0x01080001, (part,)) for part in parts)
+    head = gendc.Container(components, 7, sum(sizes), begin, begin).encode()
+    whole = head + bytes(range(250)) * 2
+    pieces = [(flows[0], at, at, min(at + 184, begin)) for at in range(0, begin, 184)]
+    for flow, start, offset, size in zip(flows[1:], starts, offsets, sizes, strict=True):
+        pieces += [(flow, offset + at, start + at, start + min(at + 184, size)) for at in range(0, size, 184)]
+    datagrams = [
+        PacketHeader(PacketFormat.GENDC, 1, index).encode()
+        + GendcPosition(last - first, at, 0, 0, flow).encode()
+        + whole[first:last]
+        for index, (flow, at, first, last) in enumerate(pieces, 1)
+    ]
+    memory = np.full(len(whole), 0xEE, np.uint8)
+    assembler = BlockAssembler(200, len(memory), lambda: memory)
+    leader = Leader(PayloadKind.GENDC, 5, size=len(whole)).encode()
+    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
+    for datagram in datagrams if order == "in order" else reversed(datagrams):
+        assembler.receive(datagram, 0.0)
+    end = PacketHeader(PacketFormat.TRAILER, 1, len(datagrams) + 1).encode()
+    assembler.receive(end + Trailer(PayloadKind.GENDC).encode(), 0.0)
+    (block,) = assembler.finished()
+    assert block.complete and block.payload.tobytes() == whole

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grabbergui.driver.gige.bootstrap import Capability, Register
 from grabbergui.driver.gige.gvcp import (
     Ack,
     CommandCode,
@@ -100,6 +101,22 @@ def test_discovery_answers_with_the_first_registers(device):
         "02:47:42:00:00:07",
     )
     assert identity.spec_version == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("capability", "register"),
+    [
+        (Capability.SCHEDULED_ACTION, Register.SCHEDULED_ACTIONS),
+        (Capability.IEEE1588, 0x096C),
+        (Capability.LINK_SPEED, Register.LINK_SPEED),
+        (Capability.PENDING_ACK, Register.PENDING_TIMEOUT_MS),
+        (Capability.PRIMARY_APPLICATION, Register.PRIMARY_APPLICATION_IP),
+        (Capability.ACTION, Register.ACTION_SIGNALS),
+    ],
+)
+def test_what_the_camera_announces_it_has(device, capability, register):
+    assert device.value(Register.GVCP_CAPABILITY) & capability
+    assert device.read(register).status == 0
 
 
 def test_the_description_can_be_read(device):

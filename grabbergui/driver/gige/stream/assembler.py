@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.driver.gige.gvcp import PacketResend, Status
+from grabbergui.driver.gige.gvcp import PacketResend, Status, status_text
 from grabbergui.driver.gige.gvsp import Leader
 from grabbergui.driver.gige.packet_header import (
     EXTENDED,
@@ -97,6 +97,9 @@ class BlockAssembler:
         if header.failed:
             if header.status in UNAVAILABLE:
                 self._resender.note_unavailable(block, packet_id)
+            else:
+                text = status_text(header.status)
+                self._layout.warn_once(f"stream packets with {text}", "the camera could not send their data")
         elif block.has(packet_id):
             self.statistics.packets_duplicate += 1
             self._resender.note_duplicate(block, packet_id)

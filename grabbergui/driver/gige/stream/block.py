@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver import gendc
 from grabbergui.driver.gige.gvsp import (
     CHUNK_BIT,
     POSITIONED,
@@ -22,6 +21,7 @@ from grabbergui.driver.gige.gvsp import (
     kind_in,
 )
 from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, PacketHeader
+from grabbergui.driver.gige.stream.gendc_flows import Flows
 from grabbergui.driver.gige.stream.id_runs import id_runs
 from grabbergui.driver.gige.stream.packet_sorting import PacketRun
 from grabbergui.driver.gige.stream.resend import PacketAccount
@@ -139,6 +139,8 @@ class Block(PacketAccount):
         "Bytes of `payload` that did not arrive and are zero; set by `extract_payload`."
         self.timestamp = 0
         "Device ticks of an H.264 image, which its leader does not have."
+        self._flows: Flows | None = None
+        "Of a GenDC container."
         self._pieces: list[tuple[int, int, int]] = []
         "Packet id, begin and end of the data in packets that carry their position."
         self._unfilled: list[tuple[int, int]] = []
@@ -251,14 +253,15 @@ class Block(PacketAccount):
     def _take_gendc(self, packet_id: int, body: memoryview) -> None:
         piece = GendcPosition.decode(body)
         data = body[GendcPosition.FORMAT.size :][: piece.size]
-        if piece.flow:
-            self._refuse("GenDC data in several flows", "only flow 0 is known; set GenDCStreamingMode=Off")
-        elif piece.offset == 0 and not self.refused:
-            try:
-                gendc.check_version(data)
-            except RemoteProtocolError as error:
-                self._refuse("a GenDC container", str(error))
-        self._place_piece(packet_id, piece.offset, data)
+        if self.refused:
+            return
+        if self._flows is None:
+            self._flows = Flows(self.layout.payload_size)
+        try:
+            for known_id, offset, placed in self._flows.take(packet_id, piece, data):
+                self._place_piece(known_id, offset, placed)
+        except RemoteProtocolError as error:
+            self._refuse("a GenDC container", str(error))
 
     def _offset_of(self, packet_id: int) -> int:
         """Return where the data of a packet without a position of its own belongs."""

@@ -140,6 +140,7 @@ for _name, _address, _value in (
     ("message channels", _R.MESSAGE_CHANNELS, 1),
     ("action signals", _R.ACTION_SIGNALS, 1),
     ("active links", 0x0910, 1),
+    ("scheduled actions that may wait", _R.SCHEDULED_ACTIONS, 1),
     ("stream capability", _R.STREAM_CAPABILITY, _STREAM_CAPABILITY),
     ("message capability", _R.MESSAGE_CAPABILITY, int(MessageCapability.SOURCE_PORT)),
     ("tick frequency high", _R.TICK_FREQUENCY_HIGH, 0),
