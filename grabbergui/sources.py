@@ -115,7 +115,9 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
     ),
     SourceKind.YARP: (("yarp:/PORT", "a frame grabber, or any port that sends images"),),
     SourceKind.ROS2: (("ros2:/TOPIC", "a served camera, or any image topic"),),
-    SourceKind.FILE: (("file:PATH", "a recording: a folder of images, a movie, or .mcap"),),
+    SourceKind.FILE: (
+        ("file:PATH", "a recording: a folder of images or of `ros2 bag`, a movie, .mcap, .db3 or .tiff"),
+    ),
     SourceKind.TWIN: (("twin:FILE.zip", "a simulated camera made of a camera's report"),),
 }
 

@@ -4,13 +4,14 @@ Cameras send JPEG (ITU-T T.81) and JPEG 2000 (T.800) images, each of which can b
 it. Image files from elsewhere (JPEG, PNG, BMP, TIFF) are decoded only if their size is reasonable.
 
 A file can announce any size in a few bytes, and a decoder allocates the memory before it reads the first
-pixel. Therefore the headers of JPEG (T.81, B.2.2), PNG (ISO 15948, 11.2.2) and BMP are checked first; for
+pixel. Therefore the headers of JPEG (T.81, B.2.2), PNG (ISO 15948, 11.2.2), BMP, PPM are checked first; for
 other kinds OpenCV limits the size to 2^30 pixels. Its PNG decoder allocates up to 4 GiB for the announced
 length of a chunk, so chunks are also compared with the length of the file.
 """
 
 from __future__ import annotations
 
+import re
 import struct
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -168,6 +169,10 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     return image
 
 
+_NETPBM = re.compile(rb"P[1-6]\s(?:\s*#[^\n]*\n)*\s*(\d{1,10})\s+(\d{1,10})\s")
+"The beginning of PBM, PGM and PPM: width and height as text, after comments."
+
+
 def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
     """Return width and height from a file's header; None for another kind, or one that ends before them."""
     if (at := _frame_header_at(file)) is not None:
@@ -179,6 +184,8 @@ def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
     if file[:2] == _BMP and len(file) >= 26 and struct.unpack_from("<I", file, 14)[0] >= 40:
         width, height = struct.unpack_from("<ii", file, 18)
         return abs(width), abs(height)  # a negative height: the first line is at the top
+    if found := _NETPBM.match(bytes(file[:200])):
+        return int(found[1]), int(found[2])
     return None
 
 

@@ -226,7 +226,7 @@ def _opened(path: Path, topic: str) -> Recording:
         return RosRecording(path, bag_folder.opened(files), topic)
     if topic:
         raise UsageError(f"{path} has no topics; topic= is for .mcap, .db3 and folders of rosbag2")
-    if path.is_dir():
+    if path.is_dir() or path.suffix.lower() in (".tif", ".tiff"):
         from grabbergui.recording.folder import FolderRecording
 
         return FolderRecording(path)

@@ -6,10 +6,11 @@ import os
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.core import encoded_image, pfnc
@@ -23,54 +24,95 @@ from grabbergui.recording import (
     Recording,
     RecordingError,
     format_named,
+    natural,
     read_notes,
     rebuilt,
     rising,
+    tiff_pages,
+    yarp_dump,
 )
+from grabbergui.recording.ros_pictures import of_file
 from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
 
 NOTES_NAME = "frames.jsonl"
-IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
+IMAGE_SUFFIXES = (".png", *tiff_pages.SUFFIXES, ".jpg", ".jpeg", ".bmp", ".ppm", ".pgm")
 MAX_FILE_BYTES = 1 << 30
 
 
+@dataclass(frozen=True)
+class _Entry:
+    """A frame: a file or one of its pages, and what is known about it."""
+
+    file: Path
+    page: tiff_pages.Page | None = None
+    note: FrameNote | None = None
+    number: int = 0
+    "Its frame id, without a note."
+
+
 class FolderRecording(Recording):
-    """Images in the order of the notes, or of their names."""
+    """Images in the order of the notes, of yarpdatadumper's log, or of their names."""
 
     def __init__(self, path: Path) -> None:
+        """Open a folder, or a single file of several pages. Raises UsageError, RecordingError, OSError."""
         self.path = path
         self.title = path.name
         notes_file = path / NOTES_NAME
         if notes_file.is_file():
-            self._notes: list[FrameNote | None] = list(read_notes(notes_file))
-            self._files = [self._inside(note.file) for note in self._notes if note is not None]
-            self.times_ns = rising([note.received_ns for note in self._notes if note is not None])
+            notes = list(read_notes(notes_file))
+            self._entries = [_Entry(self._inside(note.file), note=note) for note in notes]
+            self.times_ns = rising([note.received_ns for note in notes])
+        elif dumped := yarp_dump.read_log(path) if path.is_dir() else []:
+            self._entries = [_Entry(path / each.file, number=each.number) for each in dumped]
+            self.times_ns = rising([each.time_ns for each in dumped])
         else:
-            self._files = sorted(p for p in path.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)
-            self._notes = [None] * len(self._files)
-            self.times_ns = [round(index * 1e9 / DEFAULT_RATE) for index in range(len(self._files))]
-        if not self._files:
+            self._entries = self._listed()
+            self.times_ns = [round(index * 1e9 / DEFAULT_RATE) for index in range(len(self._entries))]
+        if not self._entries:
             raise UsageError(
                 f"{path} holds no images; a recording has {NOTES_NAME} or {', '.join(IMAGE_SUFFIXES)}"
             )
 
+    def _listed(self) -> list[_Entry]:
+        """Return the images by their names, in natural order, without the hidden files of other systems."""
+        files = [self.path]
+        if self.path.is_dir():
+            names = [path for path in self.path.iterdir() if not path.name.startswith(".")]
+            files = sorted((p for p in names if p.suffix.lower() in IMAGE_SUFFIXES), key=natural)
+        found: list[_Entry] = []
+        for file in files:
+            pages = self._pages_of(file) if file.suffix.lower() in tiff_pages.SUFFIXES else []
+            found += [_Entry(file, page, number=len(found) + page.number) for page in pages]
+            if not pages:
+                found.append(_Entry(file, number=len(found)))
+        return found
+
+    def _pages_of(self, file: Path) -> list[tiff_pages.Page]:
+        """Return the pages of a file; none if it has one, or cannot be read, which its frame then reports."""
+        try:
+            pages = tiff_pages.pages_of(file)
+        except (UsageError, OSError):
+            return []
+        huge = any(page.width * page.height > encoded_image.MOST_PIXELS for page in pages)  # is refused
+        return pages if len(pages) > 1 or huge or file == self.path else []
+
     @override
     def frame(self, index: int, received_ns: int) -> Frame:
-        file, note = self._files[index], self._notes[index]
+        entry = self._entries[index]
+        file, note = entry.file, entry.note
         try:
-            content = np.frombuffer(read_bounded(file, MAX_FILE_BYTES, "image"), np.uint8)
+            if note is not None and file.suffix == ".raw":
+                content = np.frombuffer(read_bounded(file, MAX_FILE_BYTES, "image"), np.uint8)
+                return rebuilt(content, note, received_ns)
+            pixels = _pixels_of(entry)
         except OSError as error:
             raise RecordingError(f"{file} could not be read: {error.strerror or error}") from error
         except UsageError as error:
             raise RecordingError(str(error)) from error
-        if note is not None and file.suffix == ".raw":
-            return rebuilt(content, note, received_ns)
-        try:
-            pixels = encoded_image.decode(content)
         except RemoteProtocolError as error:
             raise RecordingError(f"{file}: {error}") from None
         if note is None:
-            note = _foreign(pixels, index, file)
+            note = _foreign(pixels, entry.number, file)
         elif (pixel_format := format_named(note.pixel_format)).family is Family.RGB and pixels.ndim == 3:
             channels = file_channels(pixel_format)
             if len(channels) > pixels.shape[2]:
@@ -102,22 +144,28 @@ def file_channels(pixel_format: PixelFormat) -> list[int]:
     return [2, 1, 0, 3][: len(order)] if order.startswith("R") else [0, 1, 2, 3][: len(order)]
 
 
-_FOREIGN = {(1, "u1"): "Mono8", (1, "u2"): "Mono16", (3, "u1"): "BGR8", (3, "u2"): "BGR16",
-            (4, "u1"): "BGRa8", (4, "u2"): "BGRa16"}  # fmt: skip
-"Pixel formats of images without a note, by number of components and type of values."
+def _pixels_of(entry: _Entry) -> NDArray[Any]:
+    """Return the pixels of a file in OpenCV's layout. Raises RemoteProtocolError, UsageError, OSError."""
+    if entry.page is not None:
+        return tiff_pages.read_page(entry.file, entry.page)
+    content = read_bounded(entry.file, MAX_FILE_BYTES, "image")
+    suffix = entry.file.suffix.lower()
+    if suffix in yarp_dump.FLOAT_SUFFIXES:
+        return yarp_dump.read_float(content, compressed=suffix == ".floatzip")
+    return encoded_image.decode(np.frombuffer(content, np.uint8))
 
 
-def _foreign(pixels: np.ndarray, index: int, file: Path) -> FrameNote:
-    """Return the note of an image without one. Raises RecordingError for values that no sensor has."""
-    components = pixels.shape[2] if pixels.ndim == 3 else 1
-    name = _FOREIGN.get((components, pixels.dtype.str[1:]))
-    if name is None:
+def _foreign(pixels: NDArray[Any], number: int, file: Path) -> FrameNote:
+    """Return the note of an image without one. Raises RecordingError for values that cannot be shown."""
+    name = of_file(pixels)
+    if not name:
+        components = pixels.shape[2] if pixels.ndim == 3 else 1
         raise RecordingError(
             f"{file} has {components} components of {pixels.dtype} and cannot be played; "
-            "images of 1, 3 or 4 components of uint8 or uint16 can"
+            "images of 1, 3 or 4 components of uint8 or uint16 can, and of one component of other types"
         )
     height, width = pixels.shape[:2]
-    return FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
+    return FrameNote(width=width, height=height, pixel_format=name, frame_id=number)
 
 
 _PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]

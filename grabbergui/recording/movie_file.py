@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -196,12 +197,36 @@ def _time_of(frame: VideoFrame) -> int:
     return -1 if time is None else time
 
 
+_DEEP = re.compile(r"(gray|yuv4[0-9]{2}p)(10|12|14)[lb]e")
+"FFmpeg's formats with the value in the low bits of 16, as in Mono10."
+
+
+def _grey_bits(frame: VideoFrame) -> int | None:
+    """Return the bits of a grey frame of more than 8; None for another.
+
+    FFmpeg decodes H.264 without colour as YUV whose chroma is neutral.
+    """
+    match = _DEEP.fullmatch(frame.format.name)
+    if match is None:
+        return None
+    bits = int(match[2])
+    neutral = np.uint16(1 << (bits - 1))
+    if frame.format.name.endswith("be"):
+        neutral = neutral.byteswap()
+    planes = () if match[1] == "gray" else (1, 2)
+    chroma = (np.ascontiguousarray(plane_of(frame, number, 2)).view(np.uint16) for number in planes)
+    return bits if all((plane == neutral).all() for plane in chroma) else None
+
+
 def _pixels_of(frame: VideoFrame, noted: str) -> tuple[NDArray[Any], str]:
     """Return a decoded frame's pixels, and the PFNC name of their format."""
     kind = frame.format.name
     if kind.startswith("gray16"):
         deep = noted if noted.startswith("Mono") and noted != "Mono8" else "Mono16"
         return frame.to_ndarray(format="gray16le"), deep
+    if (bits := _grey_bits(frame)) is not None:
+        samples = np.ascontiguousarray(plane_of(frame, 0, 2)).view("<u2" if kind.endswith("le") else ">u2")
+        return samples.astype("<u2"), f"Mono{bits}"
     if kind == "gray" or (noted == "Mono8" and kind.startswith("yuv")):
         return np.ascontiguousarray(plane_of(frame, 0)), "Mono8"
     colour = frame.to_ndarray(format="rgb24")
@@ -210,10 +235,10 @@ def _pixels_of(frame: VideoFrame, noted: str) -> tuple[NDArray[Any], str]:
     return colour, "RGB8"
 
 
-def plane_of(frame: VideoFrame, number: int) -> NDArray[np.uint8]:
-    """Return a plane without padding: (height, width) uint8."""
+def plane_of(frame: VideoFrame, number: int, size: int = 1) -> NDArray[np.uint8]:
+    """Return a plane without padding: (height, width × size) uint8, of samples of `size` bytes."""
     plane = frame.planes[number]
-    return bytes_of(plane).reshape(plane.height, plane.line_size)[:, : plane.width]
+    return bytes_of(plane).reshape(plane.height, plane.line_size)[:, : plane.width * size]
 
 
 def bytes_of(plane: VideoPlane) -> NDArray[np.uint8]:

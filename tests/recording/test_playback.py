@@ -380,10 +380,19 @@ def test_a_note_may_give_a_format_by_its_code(tmp_path):
     assert open_recording(tmp_path).frame(0, 0).rgb()[0, 0].tolist() == [3, 2, 1]
 
 
-@pytest.mark.parametrize("values", [np.int16, np.float32])
-def test_images_with_values_of_no_sensor_are_refused(tmp_path, values):
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [(np.int16, "Data16s"), (np.float32, "Coord3D_C32f"), (np.int32, "Data32s"), (np.float64, "Data64f")],
+)
+def test_images_of_depth_and_signed_values_are_played(tmp_path, values, name):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
-    with pytest.raises(RecordingError, match=rf"0\.tiff has 1 components of {values.__name__}"):
+    frame = open_recording(tmp_path).frame(0, 0)
+    assert frame.pixel_format.name == name and (frame.raw() == -7).all()
+
+
+def test_images_with_values_of_no_sensor_are_refused(tmp_path):
+    cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16, 3), -7, np.int16))
+    with pytest.raises(RecordingError, match=r"0\.tiff has 3 components of int16"):
         playback.create(SourceUri("file", str(tmp_path))).open()
 
 
