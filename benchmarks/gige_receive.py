@@ -28,6 +28,7 @@ from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.channel import make_pool
 from grabbergui.driver.gige.stream.datagram_source import PlainSource
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.recvmmsg import IOVEC, MMSGHDR
 from grabbergui.driver.gige.stream.resend import ResendPolicy
@@ -117,7 +118,8 @@ def measure(packet_size: int, rate: float, seconds: float, *, batched: bool) -> 
     assembler = BlockAssembler(
         gvsp.payload_stride(packet_size), PAYLOAD, make_pool(PAYLOAD).take, ResendPolicy(enabled=False)
     )
-    source = BatchSource(receiver, DEVICE) if batched else PlainSource(receiver, DEVICE)
+    origin = PacketOrigin(DEVICE)
+    source = BatchSource(receiver, origin) if batched else PlainSource(receiver, origin)
     frames: list[int] = []
 
     def take(frame: Frame) -> None:

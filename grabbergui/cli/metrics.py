@@ -47,6 +47,10 @@ _COUNTERS = {
     "packets_resent": ("packets_resent_total", "Packets that arrived after a resend request."),
     "packets_duplicate": ("packets_duplicate_total", "Packets that arrived twice."),
     "packets_ignored": ("packets_ignored_total", "Foreign, malformed or stale datagrams."),
+    "packets_foreign": (
+        "packets_foreign_total",
+        "Datagrams that were not from the camera's stream port.",
+    ),
     "packets_clipped": ("packets_clipped_total", "Last packets with padding beyond the payload's end."),
     "overruns": ("overruns_total", "Times that all queued packets were discarded to catch up."),
 }

@@ -168,6 +168,8 @@ class StreamStatistics:
     packets_duplicate: int = 0
     packets_ignored: int = 0
     "Foreign, malformed or stale datagrams."
+    packets_foreign: int = 0
+    "Those of them that did not come from the camera's address and stream port."
     packets_clipped: int = 0
     "Last packets of a frame with padding beyond the end of its payload."
     overruns: int = 0

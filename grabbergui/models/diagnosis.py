@@ -118,6 +118,9 @@ def _detail(statistics: StreamStatistics) -> str:
     if statistics.packets:
         text = translate("StreamHealth", "Packets: {0}, resent {1}, never arrived {2}")
         lines.append(text.format(statistics.packets, statistics.packets_resent, statistics.packets_missing))
+    if statistics.packets_foreign:
+        text = translate("StreamHealth", "Packets refused, as they did not come from the camera: {0}")
+        lines.append(text.format(statistics.packets_foreign))
     if statistics.overruns:
         text = translate(
             "StreamHealth",

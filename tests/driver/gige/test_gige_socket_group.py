@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream import socket_group
 from grabbergui.driver.gige.stream.batch_source import BatchSource
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 from grabbergui.driver.gige.stream.socket_group import MEMBERS, stretch_bits, widen
 from grabbergui.driver.gige.stream.sockets import buffer_bytes
 
@@ -104,7 +105,7 @@ def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
     alone = int(buffer_bytes(port.receiver) / 768)
     assert alone < packets / 4, "one socket holds a fraction of it"
     more = widen(port.receiver, WANTED, stride)
-    source = BatchSource(port.receiver, DEVICE, more)
+    source = BatchSource(port.receiver, PacketOrigin(DEVICE), more)
     try:
         port.send(long_block(stride, packets, extended=extended))
         drain(source, bench)
@@ -127,7 +128,7 @@ def test_packets_of_several_sockets_are_taken_at_once(port: Port, monkeypatch: p
         receive_rows(rows, *arguments)
 
     monkeypatch.setattr(bench.assembler, "receive_rows", counting)
-    source = BatchSource(port.receiver, DEVICE, widen(port.receiver, WANTED, stride))
+    source = BatchSource(port.receiver, PacketOrigin(DEVICE), widen(port.receiver, WANTED, stride))
     try:
         port.send(long_block(stride, packets))
         drain(source, bench)
@@ -138,7 +139,7 @@ def test_packets_of_several_sockets_are_taken_at_once(port: Port, monkeypatch: p
 
 def test_images_arrive_in_order(port: Port) -> None:
     bench = Bench(buffers=30)
-    source = BatchSource(port.receiver, DEVICE, widen(port.receiver, WANTED, 100))
+    source = BatchSource(port.receiver, PacketOrigin(DEVICE), widen(port.receiver, WANTED, 100))
     done = []
     try:
         for block_id in range(1, 21):
@@ -164,7 +165,7 @@ def test_a_system_that_cannot_leaves_one_socket(port: Port, monkeypatch: pytest.
     monkeypatch.setattr(socket_group, "_attach", refuse)
     assert widen(port.receiver, WANTED, 1400) == [] and opened
     bench = Bench()
-    with closing(BatchSource(port.receiver, DEVICE)) as source:
+    with closing(BatchSource(port.receiver, PacketOrigin(DEVICE))) as source:
         port.send(block(1))
         assert ids(drain(source, bench)) == [1]
 

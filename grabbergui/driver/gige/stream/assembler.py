@@ -341,6 +341,7 @@ class BlockAssembler:
     def ignore(self, packets: int) -> None:
         """Count packets that are not from the device."""
         self.statistics.packets_ignored += packets
+        self.statistics.packets_foreign += packets
 
     def note_overrun(self) -> None:
         """Count that waiting packets were discarded, and finish the blocks that they belonged to.

@@ -19,6 +19,7 @@ from grabbergui.driver.gige.stream.block import Places
 from grabbergui.driver.gige.stream.datagram_source import DatagramSource
 from grabbergui.driver.gige.stream.in_place import InPlaceReader
 from grabbergui.driver.gige.stream.pace import Pace
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 from grabbergui.driver.gige.stream.recvmmsg import (
     FOREIGN,
     SLOTS,
@@ -54,7 +55,9 @@ SHORT_DATAGRAMS = 3
 class BatchSource(DatagramSource):
     """Feeds an assembler from a socket, or several at one port, in batches. One thread."""
 
-    def __init__(self, receiver: socket.socket, device_ip: str, more: Sequence[socket.socket] = ()) -> None:
+    def __init__(
+        self, receiver: socket.socket, origin: PacketOrigin, more: Sequence[socket.socket] = ()
+    ) -> None:
         """`more` are further sockets at the same port, which become the source's own."""
         super().__init__()
         self._more = more
@@ -62,8 +65,8 @@ class BatchSource(DatagramSource):
         self._descriptors = [each.fileno() for each in sockets]
         for each in sockets:
             join_packets(each)
-        self._slots = MessageSlots(device_ip)
-        self._in_place = InPlaceReader(device_ip)
+        self._slots = MessageSlots(origin)
+        self._in_place = InPlaceReader(origin)
         self._pace = Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES)
         self._wait = self._waits.waiter(sockets)
         "Waits for at most the given seconds and returns the descriptors of sockets with packets."
@@ -227,7 +230,7 @@ class BatchSource(DatagramSource):
         received, self._held = self._held, 0
         if not received:
             return
-        for stretch in self._slots.stretches(received):
+        for stretch in self._slots.stretches(received, now):
             if stretch.length == FOREIGN:
                 assembler.ignore(stretch.end - stretch.begin)
                 continue

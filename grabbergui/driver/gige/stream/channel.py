@@ -40,6 +40,7 @@ from grabbergui.driver.gige.stream.block import LEAST_STRIDE
 from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_delay import PacketDelayPolicy, settle_delay
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 from grabbergui.driver.gige.stream.packet_size import (
     SMALLEST,
     UNKNOWN_SIZE,
@@ -105,6 +106,8 @@ class Stream:
         self._channel = StreamChannel(channel)
         self._tests_arrive = True
         "Whether test packets are worth a request; False once none of them came."
+        self._origin = PacketOrigin(device_ip)
+        "Whose packets the current stream takes."
         self._big_endian = False
         "Byte order of the pixels that the camera sends."
         self._receiver: StreamReceiver | None = None
@@ -190,6 +193,7 @@ class Stream:
             self._tests_arrive = self._tests_arrive and sizer.tests_arrive
             self._big_endian = sizer.big_endian
             self._open_firewall(receiver)
+            self._origin = PacketOrigin(self._device_ip, self._source_port(), sizer.source_port)
         except BaseException:
             receiver.close()
             raise
@@ -224,6 +228,7 @@ class Stream:
             register = self._memory.read_optional(self._channel.packet_size, UNKNOWN_SIZE)
             self.packet_size = register & PACKET_SIZE_MASK
             self._big_endian = bool(register & PacketSizeFlag.BIG_ENDIAN_PIXELS)
+            self._origin = PacketOrigin(self._device_ip, self._source_port())
         except BaseException:
             receiver.close()
             raise
@@ -235,21 +240,24 @@ class Stream:
 
     def _open_firewall(self, receiver: socket.socket) -> None:
         """Open a stateful firewall by a datagram to the port that frames are sent from."""
-        source_port = self._memory.read_optional(self._channel.source_port) & PORT_MASK
-        if source_port:
+        if source_port := self._source_port():
             try:
                 receiver.sendto(b"", (self._device_ip, source_port))
             except OSError as error:
                 log.debug("opening the firewall: %s", error)
 
+    def _source_port(self) -> int:
+        """Return the port that the camera sends from; 0 if it does not report one."""
+        return self._memory.read_optional(self._channel.source_port) & PORT_MASK
+
     def _open_source(self, receiver: socket.socket, payload_size: int) -> DatagramSource:
         options = self._options
         if not options.batched or not recvmmsg.available():
-            return PlainSource(receiver, self._device_ip)
+            return PlainSource(receiver, self._origin)
         # A datagram to a multicast group would arrive at each of the sockets.
         alone = self._memory.writable and not self._options.multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
-        return BatchSource(receiver, self._device_ip, more)
+        return BatchSource(receiver, self._origin, more)
 
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
         """Return the policy, limited to what the camera can do and the buffers hold."""

@@ -7,6 +7,7 @@ import time
 from abc import ABC, abstractmethod
 
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 from grabbergui.driver.gige.stream.waits import Waits
 
 MAX_DATAGRAM = 65536
@@ -37,25 +38,26 @@ class DatagramSource(ABC):
 class PlainSource(DatagramSource):
     """A system call for each datagram: runs everywhere."""
 
-    def __init__(self, receiver: socket.socket, device_ip: str) -> None:
+    def __init__(self, receiver: socket.socket, origin: PacketOrigin) -> None:
         super().__init__()
         self._socket = receiver
-        self._device_ip = device_ip
+        self._origin = origin
         self._scratch = memoryview(bytearray(MAX_DATAGRAM))
         receiver.setblocking(False)
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Take up to `BURST` datagrams, a system call each."""
-        receive_into, scratch, device_ip = self._socket.recvfrom_into, self._scratch, self._device_ip
+        receive_into, scratch, origin = self._socket.recvfrom_into, self._scratch, self._origin
         for count in range(BURST):
             try:
-                size, (source, _) = receive_into(scratch)
+                size, (ip, port) = receive_into(scratch)
             except BlockingIOError:
                 if count:
                     return
                 self._waits.readable(self._socket, timeout)
                 continue
-            if source == device_ip:
-                assembler.receive(scratch[:size], time.monotonic())
+            now = time.monotonic()
+            if origin.admits(ip, port, now):
+                assembler.receive(scratch[:size], now)
             else:
                 assembler.ignore(1)

@@ -13,9 +13,7 @@ from __future__ import annotations
 
 import ctypes
 import os
-import socket
 import struct
-import sys
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -25,6 +23,7 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, offset_of
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Places
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 from grabbergui.driver.gige.stream.recvmmsg import (
     CONTROL,
     DONT_WAIT,
@@ -75,11 +74,11 @@ class Received(NamedTuple):
 class InPlaceReader:
     """Receives the packets of a block in progress. One thread."""
 
-    def __init__(self, device_ip: str) -> None:
+    def __init__(self, origin: PacketOrigin) -> None:
+        self._origin = origin
         # Unlike CDLL, PyDLL keeps the GIL: the call never waits, and is shorter than a change of threads.
         self._call = ctypes.PyDLL(None, use_errno=True).recvmsg
         self._call.restype = ctypes.c_ssize_t
-        self._device = int.from_bytes(socket.inet_aton(device_ip), sys.byteorder)
         self._name = np.zeros(SOCKADDR_BYTES, np.uint8)
         self._control = np.zeros(1, CONTROL)
         self._message = np.zeros(1, MMSGHDR)
@@ -87,7 +86,7 @@ class InPlaceReader:
         self._message["name_length"] = SOCKADDR_BYTES
         self._message["control"] = self._control.ctypes.data
         # ctypes sets and reads single numbers several times faster than numpy.
-        self._source = ctypes.c_uint32.from_address(self._name.ctypes.data + 4)
+        self._source = ctypes.c_uint64.from_address(self._name.ctypes.data)
         self._vectors_at = ctypes.c_uint64.from_address(_field(self._message, "iov"))
         self._control_length = ctypes.c_uint64.from_address(_field(self._message, "control_length"))
         self._packet_length = ctypes.c_int32.from_address(_field(self._control, "packet_length"))
@@ -139,7 +138,7 @@ class InPlaceReader:
         call, message = self._call, ctypes.c_void_p(self._message.ctypes.data)
         vectors_at, vectors = self._vectors_at, self._vectors.ctypes.data
         control_length, packet_length = self._control_length, self._packet_length
-        source, device = self._source, self._device
+        source, device = self._source, self._origin.key
         pitch, at, end = places.packet_length, places.first - 1, len(places.lines)
         headers, size = self._headers.data, self._headers.shape[1]
         id_at = ID_AT[size]

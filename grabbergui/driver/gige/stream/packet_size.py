@@ -67,6 +67,8 @@ class PacketSizer:
         self._interface = interface
         self.big_endian = False
         "Byte order of pixels, which stands beside the size in the register, and stays."
+        self.source_port = 0
+        "UDP port that a test packet came from; 0 if none arrived."
         self.tests_arrive = True
         "False once test packets were requested in vain."
 
@@ -118,8 +120,9 @@ class PacketSizer:
             while (left := deadline - time.monotonic()) > 0:
                 if not readable([receiver], left):
                     break
-                datagram, (source, _) = receiver.recvfrom(65536)
+                datagram, (source, port) = receiver.recvfrom(65536)
                 if source == device_ip and len(datagram) == size - IP_UDP_BYTES:
+                    self.source_port = port
                     return True
         return False
 

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.bootstrap import ip_number
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.datagram_source import MAX_DATAGRAM
+from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 
 SLOTS = 512
 "Datagrams a call, at most."
@@ -103,8 +103,8 @@ class Rows(NamedTuple):
 class MessageSlots:
     """Slots of the datagrams' own length, so that these lie one after another without a gap."""
 
-    def __init__(self, device_ip: str) -> None:
-        self._device_ip = ip_number(device_ip)
+    def __init__(self, origin: PacketOrigin) -> None:
+        self._origin = origin
         self._call = ctypes.CDLL(None, use_errno=True).recvmmsg
         # Keeps the GIL: for a single datagram a change of threads takes longer than the call.
         self._call_for_one = ctypes.PyDLL(None, use_errno=True).recvmmsg
@@ -112,7 +112,8 @@ class MessageSlots:
         self._overflow = np.zeros((SLOTS, MAX_DATAGRAM), np.uint8)
         "The end of datagrams longer than a slot. Hardly ever touched, so it takes no memory."
         self._names = np.zeros((SLOTS, SOCKADDR_BYTES), np.uint8)
-        self._sources = self._names[:, 4:8].view(">u4")[:, 0]
+        self._sources = self._names[:, :8].view(np.uint64)[:, 0]
+        "Keys of the senders, see `PacketOrigin.key`."
         self._control = np.zeros(SLOTS, CONTROL)
         self._packet_lengths = self._control["packet_length"]
         self._iov = np.zeros((SLOTS, 2), IOVEC)
@@ -153,17 +154,21 @@ class MessageSlots:
         finally:
             self._messages["iov_length"] = 2
 
-    def stretches(self, received: int) -> list[Stretch]:
-        """Divide the first `received` slots into stretches."""
+    def stretches(self, received: int, now: float) -> list[Stretch]:
+        """Divide the first `received` slots into stretches. `now` in seconds of any clock."""
         if received <= FEW:
-            return [self._single(slot) for slot in range(received)]
+            return [self._single(slot, now) for slot in range(received)]
         kinds = self._lengths[:received].astype(np.int64)
         joined = self._control_lengths[:received] != 0
         if joined.any():
             kinds |= self._packet_lengths[:received].astype(np.int64) * joined << LENGTH_BITS
-        foreign = self._sources[:received] != self._device_ip
+        foreign = self._sources[:received] != self._origin.key
         if foreign.any():
+            if self._origin.learn(np.unique(self._sources[:received][foreign]).tolist(), now):
+                foreign = self._sources[:received] != self._origin.key
             kinds[foreign] = FOREIGN
+        if not foreign.all():
+            self._origin.heard = True
         breaks = ((kinds[1:] != kinds[:-1]).nonzero()[0] + 1).tolist()
         found: list[Stretch] = []
         for begin, end in zip([0, *breaks], [*breaks, received], strict=True):
@@ -174,11 +179,13 @@ class MessageSlots:
                 found.append(stretch)
         return found
 
-    def _single(self, slot: int) -> Stretch:
+    def _single(self, slot: int, now: float) -> Stretch:
         """Return one slot as a stretch, without arrays."""
         length = self._lengths.item(slot)
-        if self._sources.item(slot) != self._device_ip:
+        key = self._sources.item(slot)
+        if key != self._origin.key and not self._origin.learn([key], now):
             return Stretch(slot, slot + 1, FOREIGN, 0)
+        self._origin.heard = True
         joined = self._packet_lengths.item(slot) if self._control_lengths.item(slot) else length
         return Stretch(slot, slot + 1, length, joined)
 
