@@ -231,10 +231,6 @@ OPENED_OTHERWISE = {
     "driver/sim/u3v/gadget.py": "/sys and /dev",
     "driver/sim/u3v/serve.py": "/sys",
     "driver/v4l2/video.py": "/dev and /sys",
-    "recording/mcap_writer.py": "writes",
-    "recording/movie_writer.py": "writes",
-    "recording/folder.py": "writes",
-    "recording/snapshot.py": "writes",
 }
 "File of the package: why it opens files without `core/regular_files.py`."
 
@@ -248,7 +244,7 @@ _READING = {
     "genfromtxt",
     "VideoCapture",
 }
-_MODES = {"r", "rb", "rt", "r+b", "x", "xb", "w", "wb"}
+_MODES = {"r", "rb", "rt", "r+", "r+b"}
 
 
 _WORTH_PARSING = re.compile(rf"\bopen\((?!\)|[Aa]ccess)|{'|'.join(_READING)}")
@@ -271,13 +267,16 @@ def opens(tree):
 
 
 def _of_register(node):
-    return bool(node.args) and isinstance(node.args[0], ast.Attribute)
+    """Whether a call of `read_text` has a place as its argument, rather than an encoding."""
+    return node.func.attr == "read_text" and any(not isinstance(each, ast.Constant) for each in node.args)
 
 
 def _has_mode(node):
+    """Whether a call opens a file for reading: `path.open("rb")`, `path.open(encoding="utf-8")`."""
     mode = node.args[0] if node.args else None
-    has_mode = isinstance(mode, ast.Constant) and mode.value in _MODES
-    return has_mode or any(keyword.arg in ("encoding", "mode") for keyword in node.keywords)
+    if isinstance(mode, ast.Constant):
+        return mode.value in _MODES
+    return any(keyword.arg in ("encoding", "mode") for keyword in node.keywords)
 
 
 def test_no_file_of_the_package_opens_files_otherwise():
