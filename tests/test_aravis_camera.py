@@ -46,7 +46,7 @@ def test_it_is_listed(aravis_camera, capsys):
 def test_exposure_gain_and_frame_rate_are_found_under_older_names(aravis_camera):
     grabber = sources.create("gige:")
     grabber.open()
-    names = [role.find(grabber.has_feature) for role in FAVOURITES]
+    names = [grabber.role(role) for role in FAVOURITES]
 
     assert names == ["ExposureTimeAbs", "GainRaw", "AcquisitionFrameRate"]
     assert all(grabber.feature(name).representation is Representation.LINEAR for name in names)

@@ -137,7 +137,7 @@ class FittedCalibration:
 
         Raises FeatureNotFoundError without one, UsageError if it does not fit the region.
         """
-        size = self._pair((Role.WIDTH.find(self._has), Role.HEIGHT.find(self._has)))
+        size = self._pair((self._grabber.role(Role.WIDTH), self._grabber.role(Role.HEIGHT)))
         if size is None:
             raise FeatureNotFoundError("the camera does not report the size of its images", "Width")
         calibration = self.calibration
@@ -157,14 +157,12 @@ class FittedCalibration:
 
     def _pair(self, names: tuple[str | None, str | None]) -> Pair | None:
         """Return the values of two integer features; None if either is missing."""
-        values = [self._grabber.feature(name).value for name in names if name and self._has(name)]
+        has = self._grabber.has_feature
+        values = [self._grabber.feature(name).value for name in names if name and has(name)]
         match values:
             case [int(first), int(second)]:
                 return first, second
         return None
-
-    def _has(self, name: str) -> bool:
-        return self._grabber.has_feature(name)
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
         if not names.isdisjoint(_FULL_SIZE):

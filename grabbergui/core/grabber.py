@@ -26,7 +26,7 @@ from grabbergui.core.features import (
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue, StreamStatistics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
-from grabbergui.core.sfnc import Companions
+from grabbergui.core.sfnc import Companions, Role
 
 log = logging.getLogger(__name__)
 
@@ -214,6 +214,10 @@ class FrameGrabber(ABC):
         if selectors is None or selectors.tree is not tree:
             self._selectors = selectors = Selectors(tree)
         return selectors
+
+    def role(self, role: Role) -> str | None:
+        """Return the feature that has a role on this camera, without a request to it; None if none has."""
+        return self.selectors.roles.get(role)
 
     def setting(self, name: str) -> SettingKey:
         """Return the setting that a feature currently shows. May read its selectors."""

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.features import Category, Feature, FeatureDescription, FeatureKind, FeatureValue
+from grabbergui.core.sfnc import Role, features_by_role
 
 # -- a setting -----------------------------------------------------------------------------------
 _NAME = r"[^\s\[\]=,]+"  # GenICam allows letters, digits and _; parameters of ROS nodes have dots too
@@ -112,12 +113,15 @@ class Selectors:
     "Every feature of the tree by name, in the tree's order."
     names: frozenset[str] = field(init=False)
     "Every feature that selects another."
+    roles: Mapping[Role, str] = field(init=False)
+    "The features that have a role."
 
     def __post_init__(self) -> None:
         descriptions = {d.name: d for d in self.tree.descriptions()}
         object.__setattr__(self, "descriptions", descriptions)
         names = frozenset(selector for d in descriptions.values() for selector in d.selectors)
         object.__setattr__(self, "names", names)
+        object.__setattr__(self, "roles", features_by_role(descriptions.values()))
 
     def of(self, name: str) -> tuple[str, ...]:
         """Return the selectors of a feature and their own selectors, outermost first, each once."""

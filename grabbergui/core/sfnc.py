@@ -21,7 +21,7 @@ from enum import Enum
 from typing import Protocol
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureValue
+from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, FeatureValue
 
 
 class Role(Enum):
@@ -31,10 +31,11 @@ class Role(Enum):
         "ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw", "Shutter", "ManualDirectShutter",
         "exposure_time",
     )  # fmt: skip
-    GAIN = ("Gain", "GainAbs", "GainRaw", "AnalogGain", "DigitalGain", "gain")
+    GAIN = ("Gain", "GainAbs", "GainRaw", "AnalogGain", "DigitalGain")
     FRAME_RATE = (
         "AcquisitionFrameRate", "AcquisitionFrameRateAbs", "AcquisitionFrameRateRaw", "FrameRate",
-        "SensorFrameRate", "ConstantFrameRate", "frame_rate",
+        "SensorFrameRate", "ConstantFrameRate", "FPS", "frame_rate",
+        "AcquisitionLineRate", "AcquisitionLineRateAbs",
     )  # fmt: skip
     BLACK_LEVEL = ("BlackLevel", "BlackLevelAbs", "BlackLevelRaw", "Brightness")
     GAMMA = ("Gamma", "GammaAbs", "GammaRaw")
@@ -61,13 +62,31 @@ class Role(Enum):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Feature names in order of preference."""
+        """Feature names in order of preference; cameras may write them in other letter case."""
         names: tuple[str, ...] = self.value
         return names
 
-    def find(self, has: Callable[[str], bool]) -> str | None:
-        """Return the first name that `has` accepts, or None."""
-        return next((name for name in self.names if has(name)), None)
+    def accepts(self, kind: FeatureKind) -> bool:
+        """Return whether a feature of this kind can have the role: no Boolean is a frame rate."""
+        if self in _SWITCHES:
+            return kind is not FeatureKind.COMMAND
+        return kind in (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.ENUMERATION)
+
+
+_SWITCHES = (Role.TRIGGER, Role.SHADING, Role.OPTICAL_FILTER, Role.MIRROR)
+"Roles that a Boolean can have."
+_RANKS = {name.lower(): (role, rank) for role in Role for rank, name in enumerate(role.names)}
+
+
+def features_by_role(features: Iterable[FeatureDescription]) -> dict[Role, str]:
+    """Return the names of the features that have a role on a camera, numbers before enumerations."""
+    best: dict[Role, tuple[bool, int, str]] = {}
+    for feature in features:
+        role, rank = _RANKS.get(feature.name.lower(), (None, 0))
+        if role is not None and role.accepts(feature.kind):
+            found = (feature.kind is FeatureKind.ENUMERATION, rank, feature.name)
+            best[role] = min(best.get(role, found), found)
+    return {role: name for role, (_, _, name) in best.items()}
 
 
 FAVOURITES = (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)
@@ -92,7 +111,8 @@ AUTO_CONTINUOUS = "Continuous"
 
 def role_of(name: str) -> Role | None:
     """Return the role of a feature by its name; None if the name is unknown."""
-    return next((role for role in Role if name in role.names), None)
+    role, _ = _RANKS.get(name.lower(), (None, 0))
+    return role
 
 
 _AUTOMATIC = {
@@ -102,7 +122,6 @@ _AUTOMATIC = {
     Role.BLACK_LEVEL: ("BlackLevelAuto",),
     Role.BALANCE_RATIO: ("BalanceWhiteAuto",),
 }
-_MODES_OF = {name: modes for role, modes in _AUTOMATIC.items() for name in role.names}
 _ENDINGS = ("Abs", "Raw")
 "Endings of a quantity's pre-SFNC names, which its companions' names omit."
 
@@ -122,7 +141,7 @@ class Companions:
     @classmethod
     def of(cls, name: str, has: Has) -> Companions:
         """Find the companions of the feature `name` on a camera."""
-        operation = EXPOSURE_MODE if name in Role.EXPOSURE.names and has(EXPOSURE_MODE) else None
+        operation = EXPOSURE_MODE if role_of(name) is Role.EXPOSURE and has(EXPOSURE_MODE) else None
         return cls(automatic_mode_of(name, has), enabler_of(name, has), operation)
 
     @property
@@ -139,7 +158,8 @@ class Companions:
 
 def automatic_mode_of(name: str, has: Has) -> str | None:
     """Return the feature that regulates `name` (`ExposureAuto` for `ExposureTime`), if there is one."""
-    candidates = (*_MODES_OF.get(name, ()), f"{_quantity(name)}Auto")
+    role = role_of(name)
+    candidates = (*(_AUTOMATIC.get(role, ()) if role else ()), f"{_quantity(name)}Auto")
     return next((candidate for candidate in candidates if has(candidate)), None)
 
 
@@ -215,8 +235,11 @@ def _quantity(name: str) -> str:
 
 
 # -- the frame period ----------------------------------------------------------------------------
-MICROSECONDS = ("us", "µs", "usec", "")
-"Units of exposure times in microseconds; older cameras report none."
+_MICROSECONDS = {
+    "": 1.0, "us": 1.0, "usec": 1.0, "\N{MICRO SIGN}s": 1.0, "\N{GREEK SMALL LETTER MU}s": 1.0,
+    "ns": 1e-3, "ms": 1e3, "msec": 1e3, "s": 1e6, "sec": 1e6,
+}  # fmt: skip
+"Units of times; older cameras report none for microseconds."
 _RATES = ("AcquisitionResultingFrameRate", "ResultingFrameRateAbs", "ResultingFrameRate")
 "Frame rates that the other settings allow; vendors have them beside SFNC's."
 FRAME_WAIT = 5.0
@@ -230,24 +253,45 @@ class _Camera(Protocol):
         """Return whether it has this feature."""
         ...
 
+    def role(self, role: Role) -> str | None:
+        """Return the feature that has a role."""
+        ...
+
     def feature(self, name: str) -> Feature:
         """Read a feature."""
         ...
 
 
+def microseconds(unit: str) -> float | None:
+    """Return the microseconds in a unit of time, in which SFNC has all exposure times; None for others."""
+    return _MICROSECONDS.get(unit.strip().lower())
+
+
+def frame_rate(camera: _Camera) -> float:
+    """Return the frames per second by the camera's settings; 0 if they do not tell.
+
+    A line-scan camera's are its lines per second over the lines of a frame. Reads up to two features.
+    """
+    name = next(filter(camera.has_feature, _RATES), None) or camera.role(Role.FRAME_RATE)
+    if name is None or name.endswith("Raw"):
+        return 0.0
+    hertz, _ = _number(camera, name)
+    if "linerate" in name.lower() and (height := camera.role(Role.HEIGHT)) is not None:
+        lines, _ = _number(camera, height)
+        return hertz / lines if lines > 0 else 0.0
+    return max(hertz, 0.0)
+
+
 def frame_period(camera: _Camera) -> float:
     """Return the seconds from one frame to the next by the camera's settings; 0 if they do not tell.
 
-    It is the longer of the frame rate's period and the exposure time. Reads up to two features.
+    It is the longer of the frame rate's period and the exposure time. Reads up to three features.
     """
-    rate = next(filter(camera.has_feature, (*_RATES, *Role.FRAME_RATE.names)), None)
-    period = 0.0
-    if rate is not None and not rate.endswith("Raw"):
-        hertz, _ = _number(camera, rate)
-        period = 1 / hertz if hertz > 0 else 0.0
-    if (name := Role.EXPOSURE.find(camera.has_feature)) is not None:
+    hertz = frame_rate(camera)
+    period = 1 / hertz if hertz > 0 else 0.0
+    if (name := camera.role(Role.EXPOSURE)) is not None:
         exposure, unit = _number(camera, name)
-        period = max(period, exposure / 1e6 if unit in MICROSECONDS else 0.0)
+        period = max(period, exposure * (microseconds(unit) or 0.0) / 1e6)
     return period
 
 
@@ -263,6 +307,6 @@ def _number(camera: _Camera, name: str) -> tuple[float, str]:
     """Return a feature's value and unit; 0 if it cannot be read."""
     with suppress(GrabberError):
         feature = camera.feature(name)
-        if isinstance(feature.value, int | float):
+        if isinstance(feature.value, int | float) and not isinstance(feature.value, bool):
             return float(feature.value), feature.unit
     return 0.0, ""

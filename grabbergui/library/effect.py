@@ -201,7 +201,7 @@ def measure_latency(grabber: FrameGrabber, *, timeout: float) -> int | None:
     None if that cannot be seen: there is no exposure time that can be written, or the image is dark,
     saturated or changes by itself. Raises FrameTimeoutError if no frames arrive.
     """
-    name = Role.EXPOSURE.find(grabber.has_feature)
+    name = grabber.role(Role.EXPOSURE)
     exposure = grabber.feature(name) if name is not None else None
     if exposure is None or not isinstance(exposure.value, int | float):
         return None

@@ -45,7 +45,7 @@ class Setting(Generic[Value]):
         camera.write(self._name(camera), value)
 
     def _name(self, camera: FeatureAccess) -> str:
-        return self._role.find(camera.grabber.has_feature) or self._role.names[0]
+        return camera.grabber.role(self._role) or self._role.names[0]
 
 
 class FeatureAccess:
@@ -160,7 +160,7 @@ class FeatureAccess:
         if self._grabber.has_feature(name):
             return name
         role = next((role for role in Role if attribute_name(role.names[0]) == name), None)
-        found = role.find(self._grabber.has_feature) if role is not None else None
+        found = self._grabber.role(role) if role is not None else None
         return found or self._attributes().get(name, name)
 
 

@@ -105,7 +105,7 @@ class NotebookPanel:
         return self.widget._repr_mimebundle_(**options)
 
     def _slider(self, widgets: Any, role: Role) -> Any:
-        name = role.find(self._camera.grabber.has_feature)
+        name = self._camera.grabber.role(role)
         feature = self._camera.feature(name) if name is not None else None
         if feature is None or not isinstance(feature.value, int | float) or feature.maximum is None:
             return None

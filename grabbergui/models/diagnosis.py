@@ -189,9 +189,7 @@ class CameraFacts:
             and grabber.has_feature("TriggerSoftware"),
             playing=bool(playing) if playing is not None else None,
             brightened_by=frozenset(
-                role
-                for role in (Role.EXPOSURE, Role.GAIN)
-                if controlled and role.find(grabber.has_feature) is not None
+                role for role in (Role.EXPOSURE, Role.GAIN) if controlled and grabber.role(role) is not None
             ),
         )
 
@@ -352,7 +350,7 @@ def _value(grabber: FrameGrabber, name: str) -> FeatureValue | None:
 
 
 def _of_role(grabber: FrameGrabber, role: Role) -> Feature | None:
-    name = role.find(grabber.has_feature)
+    name = grabber.role(role)
     return None if name is None else _feature(grabber, name)
 
 

@@ -19,7 +19,7 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberEr
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import AUTO_ONCE, MICROSECONDS, Role, regulating
+from grabbergui.core.sfnc import AUTO_ONCE, Role, microseconds, regulating
 from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
@@ -125,12 +125,12 @@ LOOK = 0.1
 
 def can_expose(grabber: FrameGrabber) -> bool:
     """Return whether a source has an exposure time or a gain; a recording has neither."""
-    return any(role.find(grabber.has_feature) is not None for role in (Role.EXPOSURE, Role.GAIN))
+    return any(grabber.role(role) is not None for role in (Role.EXPOSURE, Role.GAIN))
 
 
 def can_balance(grabber: FrameGrabber) -> bool:
     """Return whether a source has balance ratios."""
-    return Role.BALANCE_RATIO.find(grabber.has_feature) is not None
+    return grabber.role(Role.BALANCE_RATIO) is not None
 
 
 def has_once(grabber: FrameGrabber, role: Role) -> bool:
@@ -160,7 +160,7 @@ def let_camera(run: TuningRun, role: Role) -> str:
         run.frame(patience)
     if role is not Role.EXPOSURE:
         return translate("Tuning", "White balance set by the camera")
-    name = run.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
+    name = run.call(lambda grabber: grabber.role(role)) or role.names[0]
     exposure = run.call(lambda grabber: grabber.feature(name))
     return translate("Tuning", "Exposure set by the camera: {0}").format(value_text(exposure))
 
@@ -203,13 +203,13 @@ def expose(run: TuningRun, region: Region | None) -> str:
 def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
     """Return exposure time and gain, if the camera has them."""
     found: list[TuningParameter | None] = []
-    if (name := Role.EXPOSURE.find(grabber.has_feature)) is not None:
+    if (name := grabber.role(Role.EXPOSURE)) is not None:
         found.append(
             TuningParameter.of(
                 switch_to_manual(grabber, name), Law.PROPORTIONAL, highest=_longest(grabber, name)
             )
         )
-    if (name := Role.GAIN.find(grabber.has_feature)) is not None:
+    if (name := grabber.role(Role.GAIN)) is not None:
         gain = switch_to_manual(grabber, name)
         found.append(TuningParameter.of(gain, Law.DECIBEL if gain.unit.lower() == "db" else Law.UNKNOWN))
     return [parameter for parameter in found if parameter is not None]
@@ -217,11 +217,12 @@ def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
 
 def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
     """Return the longest exposure time that the current frame rate allows; None if unknown."""
-    rate = Role.FRAME_RATE.find(grabber.has_feature)
+    rate = grabber.role(Role.FRAME_RATE)
     hertz = grabber.feature(rate).value if rate is not None and not rate.endswith("Raw") else None
-    if not isinstance(hertz, int | float) or hertz <= 0:
+    factor = microseconds(grabber.feature(exposure).unit)
+    if not isinstance(hertz, int | float) or hertz <= 0 or factor is None:
         return None
-    return 1e6 / hertz if grabber.feature(exposure).unit in MICROSECONDS else None
+    return 1e6 / hertz / factor
 
 
 def _adjust_light(run: TuningRun, parameters: list[TuningParameter], factor: float) -> bool:
@@ -295,7 +296,7 @@ def balance(run: TuningRun, region: Region | None) -> str:
 
 def _balance_parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
     """Return the balance ratios to adjust, by channel."""
-    name = Role.BALANCE_RATIO.find(grabber.has_feature)
+    name = grabber.role(Role.BALANCE_RATIO)
     if name is None:
         raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
     switch_to_manual(grabber, name)

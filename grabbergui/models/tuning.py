@@ -208,7 +208,7 @@ def switch_to_manual(grabber: FrameGrabber, name: str) -> Feature:
 
 def automatic_once(grabber: FrameGrabber, role: Role) -> str | None:
     """Return the automatic mode of a role's feature if it can run once."""
-    name = role.find(grabber.has_feature)
+    name = grabber.role(role)
     auto = automatic_mode_of(name, grabber.has_feature) if name is not None else None
     if auto is None:
         return None

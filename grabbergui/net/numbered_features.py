@@ -6,6 +6,7 @@ switch itself (`TriggerMode`: On, Off). Both networks use YARP's terms for them.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import IntEnum
 
 from grabbergui.core.errors import (
@@ -24,6 +25,7 @@ from grabbergui.core.sfnc import (
     Role,
     automatic_mode_of,
     enabler_of,
+    microseconds,
     offers,
     regulating,
 )
@@ -128,8 +130,9 @@ _NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
 class NumberedFeatures:
     """A grabber's features under YARP's numbers.
 
-    Values are in the camera's own units, or from 0 at the camera's minimum to 1 at its maximum where
-    `normalised`. Booleans count as 0 and 1, enumerations by the place of their entry. Any thread may call;
+    Values are in SFNC's units (exposure times in microseconds, even if the camera counts seconds), or from 0
+    at the camera's minimum to 1 at its maximum where `normalised`. Booleans count as 0 and 1, enumerations by
+    the place of their entry. Any thread may call;
     errors are those of the grabber, and FeatureNotFoundError for a number without a feature.
     """
 
@@ -141,7 +144,7 @@ class NumberedFeatures:
     def name(self, number: int) -> str | None:
         """Return the GenICam feature of a YARP number, or None."""
         role = _ROLE_OF_NUMBER.get(number)
-        return role.find(self._grabber.has_feature) if role else None
+        return self._grabber.role(role) if role else None
 
     def require(self, number: int) -> str:
         """Return the name of a feature that the camera has. Raises FeatureNotFoundError."""
@@ -178,15 +181,21 @@ class NumberedFeatures:
         return name is not None and self._modes.has_on_off(name)
 
     # -- values ----------------------------------------------------------------------------------
+    def feature(self, number: int) -> Feature:
+        """Return the feature, with value and limits in SFNC's unit."""
+        own = self._own(number)
+        scale = _scale(number, own)
+        return own if scale == 1.0 else _scaled(own, scale)
+
     def value(self, number: int) -> float:
         """Return the value of a feature that has one."""
         self._refuse_two_values(number)
-        return self._to_yarp(self._feature(number))
+        return self._to_yarp(self.feature(number))
 
     def set_value(self, number: int, value: float) -> None:
         """Set a feature that has one value; this also switches its enabler on."""
         self._refuse_two_values(number)
-        self._write(self._feature(number), value)
+        self._write(self.feature(number), value, scale=_scale(number, self._own(number)))
 
     def values(self, number: int) -> tuple[float, float]:
         """Return red and blue for white balance, the smallest and largest value for other features.
@@ -198,7 +207,7 @@ class NumberedFeatures:
             with self._grabber.exclusive([BALANCE_SELECTOR]):
                 red, blue = (self._grabber.read_setting(self._balance(channel)) for channel in (RED, BLUE))
             return self._to_yarp(red), self._to_yarp(blue)
-        feature = self._feature(number)
+        feature = self.feature(number)
         span = _span(feature)
         if self.normalised or span is None:
             raise FeatureAccessError(f"{feature.name} has no second value to read", feature.name)
@@ -207,7 +216,7 @@ class NumberedFeatures:
     def set_values(self, number: int, first: float, second: float) -> None:
         """Set white balance, red and blue. If the camera refuses blue, red is restored."""
         if number != FeatureId.WHITE_BALANCE:
-            name = self._feature(number).name
+            name = self._own(number).name
             raise FeatureAccessError(f"{name} has one value, set it with one", name)
         with self._grabber.exclusive([BALANCE_SELECTOR]):
             red, blue = self._balance(RED), self._balance(BLUE)
@@ -245,7 +254,8 @@ class NumberedFeatures:
         self._modes.set_active(self.require(number), on)
 
     # -- inside ----------------------------------------------------------------------------------
-    def _feature(self, number: int) -> Feature:
+    def _own(self, number: int) -> Feature:
+        """Return a feature in the camera's own unit."""
         return self._grabber.feature(self.require(number))
 
     def _has_both_balances(self) -> bool:
@@ -256,7 +266,7 @@ class NumberedFeatures:
 
     def _balance(self, channel: str) -> SettingKey:
         """Return the balance ratio of one channel."""
-        name = self._feature(FeatureId.WHITE_BALANCE).name
+        name = self._own(FeatureId.WHITE_BALANCE).name
         return SettingKey(name, ((BALANCE_SELECTOR, channel),))
 
     def _refuse_two_values(self, number: int) -> None:
@@ -276,7 +286,9 @@ class NumberedFeatures:
         low, high = span
         return min(1.0, max(0.0, (number - low) / (high - low)))
 
-    def _write(self, feature: Feature, value: float, key: SettingKey | None = None) -> None:
+    def _write(
+        self, feature: Feature, value: float, key: SettingKey | None = None, scale: float = 1.0
+    ) -> None:
         span = _span(feature)
         if self.normalised and span is not None:
             if not 0 <= value <= 1:
@@ -284,7 +296,34 @@ class NumberedFeatures:
                     f"{feature.name}={value:g}: out of range, allowed: 0 … 1", feature.name
                 )
             value = span[0] + value * (span[1] - span[0])
+        if scale != 1.0:
+            feature, value = self._grabber.feature(feature.name), value / scale
         self._grabber.write_setting(key or SettingKey(feature.name), _from_yarp(feature, value))
+
+
+_TIMES = (FeatureId.EXPOSURE, FeatureId.SHUTTER, FeatureId.TRIGGER_DELAY)
+
+
+def _scale(number: int, feature: Feature) -> float:
+    """Return the SFNC units in one of the camera's: microseconds, for times; 1 if its unit is unknown."""
+    factor = microseconds(feature.unit) if number in _TIMES else None
+    return 1.0 if factor is None else factor
+
+
+def _scaled(feature: Feature, factor: float) -> Feature:
+    """Return a time with value and limits in microseconds, of which its own unit has so many."""
+
+    def converted(number: FeatureValue | None) -> float | None:
+        return number * factor if isinstance(number, int | float) else None
+
+    return replace(
+        feature,
+        value=converted(feature.value),
+        minimum=converted(feature.minimum),
+        maximum=converted(feature.maximum),
+        increment=converted(feature.increment),
+        unit="us",
+    )
 
 
 def number_of(feature: Feature) -> float | None:

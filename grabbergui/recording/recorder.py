@@ -18,7 +18,6 @@ from psygnal import Signal
 from grabbergui.core.calibration import Scan3d
 from grabbergui.core.errors import (
     ExistingFileError,
-    FeatureError,
     FrameTimeoutError,
     GrabberError,
     UsageError,
@@ -28,7 +27,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
-from grabbergui.core.sfnc import Role
+from grabbergui.core.sfnc import frame_rate
 from grabbergui.recording import RecordingError, RecordingKind, playable_frames
 from grabbergui.recording.writer import RecordingWriter
 
@@ -323,13 +322,3 @@ def create_recorder(
     scan = read_scan3d(grabber)
     rate = frame_rate(grabber)
     return Recorder(grabber, create_writer(kind, path, grabber.info, rate, scan), limits)
-
-
-def frame_rate(grabber: FrameGrabber) -> float:
-    """Return the frame rate that the camera is set to in Hz; 0 if it does not report one."""
-    name = Role.FRAME_RATE.find(grabber.has_feature)
-    try:
-        value = grabber.feature(name).value if name is not None else None
-    except FeatureError:
-        return 0.0
-    return float(value) if isinstance(value, int | float) else 0.0

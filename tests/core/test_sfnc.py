@@ -5,7 +5,7 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.core import sfnc
 from grabbergui.core.errors import FeatureAccessError
-from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureDescription, FeatureKind
 from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Companions, Role
 
@@ -19,6 +19,9 @@ from grabbergui.core.sfnc import Companions, Role
         (Role.FRAME_RATE, {"AcquisitionFrameRateAbs"}, "AcquisitionFrameRateAbs"),
         (Role.GAMMA, {"Gain"}, None),
         (Role.EXPOSURE, {"ManualDirectShutter"}, "ManualDirectShutter"),
+        (Role.EXPOSURE, {"MANUALDIRECTSHUTTER", "GAIN"}, "MANUALDIRECTSHUTTER"),
+        (Role.FRAME_RATE, {"FPS", "AcquisitionLineRate"}, "FPS"),
+        (Role.FRAME_RATE, {"AcquisitionLineRate"}, "AcquisitionLineRate"),
         (Role.GAIN, {"DigitalGain", "AnalogGain"}, "AnalogGain"),
         (Role.GAIN, {"DigitalGain"}, "DigitalGain"),
         (Role.FRAME_RATE, {"SensorFrameRate"}, "SensorFrameRate"),
@@ -29,7 +32,29 @@ from grabbergui.core.sfnc import Companions, Role
     ],
 )
 def test_the_best_name_a_camera_has(role, camera, found):
-    assert role.find(camera.__contains__) == found
+    described = [FeatureDescription(name=name, kind=FeatureKind.FLOAT) for name in camera]
+    assert sfnc.features_by_role(described).get(role) == found
+
+
+@pytest.mark.parametrize(
+    ("role", "camera", "found"),
+    [
+        (Role.FRAME_RATE, {"ConstantFrameRate": FeatureKind.BOOLEAN}, None),
+        (Role.FRAME_RATE, {"ConstantFrameRate": FeatureKind.BOOLEAN, "FPS": FeatureKind.FLOAT}, "FPS"),
+        (Role.FRAME_RATE, {"FPS": FeatureKind.ENUMERATION}, "FPS"),
+        (
+            Role.EXPOSURE,
+            {"Shutter": FeatureKind.ENUMERATION, "exposure_time": FeatureKind.FLOAT},
+            "exposure_time",
+        ),
+        (Role.GAIN, {"Gain": FeatureKind.STRING}, None),
+        (Role.MIRROR, {"ReverseX": FeatureKind.BOOLEAN}, "ReverseX"),
+        (Role.TRIGGER, {"TriggerMode": FeatureKind.COMMAND}, None),
+    ],
+)
+def test_a_role_needs_a_feature_of_its_kind(role, camera, found):
+    described = [FeatureDescription(name=name, kind=kind) for name, kind in camera.items()]
+    assert sfnc.features_by_role(described).get(role) == found
 
 
 @pytest.mark.parametrize(
@@ -53,13 +78,13 @@ def test_the_enabler_of_the_frame_rate():
 
 
 def test_the_role_of_a_name():
-    assert sfnc.role_of("GainRaw") is Role.GAIN
+    assert sfnc.role_of("GainRaw") is sfnc.role_of("GAINRAW") is Role.GAIN
     assert sfnc.role_of("LineSelector") is None
 
 
 def test_no_name_has_two_roles():
     names = [name for role in Role for name in role.names]
-    assert len(names) == len(set(names))
+    assert len(names) == len({name.lower() for name in names})
 
 
 def mode(value="Continuous", entries=("Off", "Continuous"), access=AccessMode.READ_WRITE, available=True):
@@ -194,6 +219,10 @@ def number(name, value, unit=""):
     return Feature(name=name, kind=FeatureKind.FLOAT, value=value, unit=unit, access=AccessMode.READ_WRITE)
 
 
+def flag(name, *, value):
+    return Feature(name=name, kind=FeatureKind.BOOLEAN, value=value, access=AccessMode.READ_WRITE)
+
+
 @pytest.mark.parametrize(
     ("features", "seconds"),
     [
@@ -205,6 +234,12 @@ def number(name, value, unit=""):
         ([number("AcquisitionFrameRate", 0.0), number("ExposureTimeRaw", 2000)], 0.002),
         ([number("AcquisitionFrameRateRaw", 7.0), number("Shutter", 2.0, "ticks")], 0.0),
         ([number("AcquisitionFrameRate", None), number("ExposureTime", None, "us")], 0.0),
+        ([number("AcquisitionFrameRate", 25.0, "Hz"), number("ExposureTime", 8.0, "s")], 8.0),
+        ([number("AcquisitionFrameRate", 25.0, "Hz"), number("ExposureTime", 80.0, "ms")], 0.08),
+        ([number("ExposureTime", 50.0, "\N{GREEK SMALL LETTER MU}s")], 5e-5),
+        ([number("AcquisitionLineRate", 1000.0, "Hz"), number("Height", 500)], 0.5),
+        ([flag("ConstantFrameRate", value=False)], 0.0),
+        ([flag("FrameRate", value=True), number("ExposureTime", 2e6)], 2.0),
     ],
 )
 def test_the_frame_period_is_the_longer_of_rate_and_exposure(features, seconds):

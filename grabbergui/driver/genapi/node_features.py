@@ -6,7 +6,7 @@ An error in one node must not affect the others: it becomes the feature's `probl
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -25,7 +25,7 @@ from grabbergui.core.features import (
     Representation,
     Visibility,
 )
-from grabbergui.core.sfnc import Role, role_of
+from grabbergui.core.sfnc import features_by_role, role_of
 from grabbergui.driver.genapi.register_length import LONGEST_TEXT, require_length
 
 _KINDS = {
@@ -296,25 +296,30 @@ class FeatureTree:
     def _complete(self, root: Category) -> Category:
         """Add what the description has and does not list below Root."""
         # Some cameras have categories without a parent, which contain the gain, for example.
-        orphans = [
-            self._category(value, frozenset())
-            for value in self._map.nodes
-            if is_category(value) and value.node.name not in self._categories and not value.node.parents
-        ]
+        orphans: list[Category] = []
+        others: list[Any] = []
+        for value in self._map.nodes:
+            if is_category(value):
+                if value.node.name not in self._categories and not value.node.parents:
+                    orphans.append(self._category(value, frozenset()))
+            elif role_of(value.node.name) is not None:
+                others.append(value)
         branches = (*root.members, *(branch for branch in orphans if branch.members))
-        if unlisted := tuple(self._unlisted()):
+        if unlisted := tuple(self._unlisted(others)):
             branches += (Category("Unlisted", "Not in a category", members=unlisted),)
         return replace(root, members=branches)
 
-    def _unlisted(self) -> Iterator[FeatureDescription]:
-        """Yield features that operators need and no category lists, such as a frame rate."""
-        for role in Role:
-            name = role.find(lambda name: bool(self._map.has_node(name)))
-            if name is None or role.find(self.descriptions.__contains__) is not None:
-                continue
-            value = self._map.get_node(name)
-            description = describe(value.node, "Unlisted")
-            if description is not None and _implemented(value):
+    def _unlisted(self, nodes: Iterable[Any]) -> Iterator[FeatureDescription]:
+        """Yield features that operators need and no category lists, such as a frame rate.
+
+        `nodes`: those whose names have a role.
+        """
+        listed = features_by_role(self.descriptions.values())
+        described = ((value, describe(value.node, "Unlisted")) for value in nodes)
+        known = {description.name: (value, description) for value, description in described if description}
+        for role, name in features_by_role(description for _, description in known.values()).items():
+            value, description = known[name]
+            if role not in listed and _implemented(value):
                 self.descriptions[name] = description
                 yield description
 

@@ -93,7 +93,7 @@ class FeatureTreeModel:
         self.root: Category = self._grabber.feature_tree()
         self._selectors = self._grabber.selectors
         self._descriptions = self._selectors.descriptions
-        found = (role.find(self._grabber.has_feature) for role in FAVOURITES)
+        found = (self._grabber.role(role) for role in FAVOURITES)
         self.favourites: tuple[str, ...] = tuple(name for name in found if name is not None)
 
     def reload(self) -> None:

@@ -228,7 +228,7 @@ class GrabberServices:
             answer.has_on_off = self._modes.has_on_off(name)
 
     def _get(self, request: Any, answer: Any) -> None:
-        feature = self._grabber.feature(self._name(request))
+        feature = self._feature(request)
         self._fill_value(answer, request, feature)
         answer.unit = feature.unit
         answer.active = self._modes.active(feature.name)
@@ -240,7 +240,7 @@ class GrabberServices:
     def _set(self, request: Any, answer: Any) -> None:
         with self._grabber.exclusive():  # the answer is of the instance that was written
             self._write(request)
-            self._fill_value(answer, request, self._grabber.feature(self._name(request)))
+            self._fill_value(answer, request, self._feature(request))
 
     def _write(self, request: Any) -> None:
         name = self._name(request)
@@ -255,7 +255,7 @@ class GrabberServices:
             self._numbers.set_value(request.feature, request.value)
 
     def _range(self, request: Any, answer: Any) -> None:
-        feature = self._grabber.feature(self._name(request))
+        feature = self._feature(request)
         answer.minimum = float(feature.minimum or 0)
         answer.maximum = float(feature.maximum or 0)
         answer.increment = float(feature.increment or 0)
@@ -274,6 +274,12 @@ class GrabberServices:
             self._modes.set_active(name, request.mode == on)
         else:
             raise FeatureValueError(f"{name}: mode {request.mode} is none of 1 … 5", name)
+
+    def _feature(self, request: Any) -> Feature:
+        """Return the requested feature: by number in SFNC's unit, by name in the camera's."""
+        if request.name:
+            return self._grabber.feature(request.name)
+        return self._numbers.feature(_number(request))
 
     def _name(self, request: Any) -> str:
         """Return the requested feature's GenICam name. Raises FeatureNotFoundError, UsageError."""
@@ -406,7 +412,7 @@ class Diagnostics:
     def _temperature(self) -> dict[str, float]:
         """Return where the camera measures it: degrees Celsius, or what an old camera counts in."""
         try:
-            name = Role.TEMPERATURE.find(self._grabber.has_feature)
+            name = self._grabber.role(Role.TEMPERATURE)
             value = self._grabber.feature(name).value if name else None
         except GrabberError as error:  # the camera is lost, or closed before its server
             log.debug("temperature: %s", error)

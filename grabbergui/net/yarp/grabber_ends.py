@@ -30,7 +30,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.sfnc import Role, frame_wait
+from grabbergui.core.sfnc import Role, frame_rate, frame_wait
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
 from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
 from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
@@ -187,11 +187,10 @@ class GrabberService:
 
     def _configurations(self) -> tuple[Value, ...]:
         width, height = self._size()
-        rate = self._number(Role.FRAME_RATE) if Role.FRAME_RATE.find(self._grabber.has_feature) else 0.0
-        return ((Configuration(width, height, rate, "rgb"),),)
+        return ((Configuration(width, height, frame_rate(self._grabber), "rgb"),),)
 
     def _name(self, role: Role) -> str:
-        name = role.find(self._grabber.has_feature)
+        name = self._grabber.role(role)
         if name is None:
             what = role.name.lower()
             raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what}", role.names[0])

@@ -108,7 +108,7 @@ def test_two_controls_of_one_name_are_two_features(camera: Camera, video: FakeVi
 
 
 def test_roles_are_found(camera: Camera) -> None:
-    found = {role: role.find(camera.has_feature) for role in (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)}
+    found = {role: camera.role(role) for role in (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)}
     assert list(found.values()) == ["ExposureTime", "Gain", "AcquisitionFrameRate"]
 
 

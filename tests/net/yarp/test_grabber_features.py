@@ -262,11 +262,11 @@ def test_booleans_and_choices_count_from_zero(grabber: BalancedGrabber, features
 
 
 def test_text_has_no_number() -> None:
-    name = ROLES[FeatureId.FOCUS].names[0]
+    name = ROLES[FeatureId.OPTICAL_FILTER].names[0]
     text = Feature(name=name, kind=FeatureKind.STRING, access=AccessMode.READ_WRITE, value="near")
     features = NumberedFeatures(ScriptedGrabber([text]))
     with pytest.raises(FeatureAccessError, match="is text"):
-        features.value(FeatureId.FOCUS)
+        features.value(FeatureId.OPTICAL_FILTER)
 
 
 def test_missing_features_are_named(features: NumberedFeatures) -> None:
