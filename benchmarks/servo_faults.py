@@ -171,6 +171,9 @@ def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config:
 class Program:
     """A command of ours in a process of its own, whose lines are read on a thread."""
 
+    first = False
+    "Whether programs get real-time priority: a robot's controllers have a computer of their own."
+
     def __init__(self, arguments: Sequence[str], environment: dict[str, str]) -> None:
         self.lines: list[tuple[float, str]] = []
         self._process = subprocess.Popen(
@@ -182,6 +185,7 @@ class Program:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
+            preexec_fn=_run_first if self.first else None,
         )
         self._thread = threading.Thread(target=self._read, daemon=True)
         self._thread.start()
@@ -220,6 +224,10 @@ class Program:
         with self._process.stdout as lines:
             for line in lines:
                 self.lines.append((time.monotonic(), line.strip()))
+
+
+def _run_first() -> None:
+    os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
 
 
 @contextmanager
@@ -407,6 +415,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--fault", nargs="*", metavar="NAME[@SECONDS]", help="only these faults (all)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--simulated-time", action="store_true", help="in this process, without a clock")
+    parser.add_argument(
+        "--first", action="store_true", help="programs get real-time priority (busy machines)"
+    )
     parser.add_argument("--minutes", type=float, default=60.0, help="begin no further trial after this (60)")
     parser.add_argument("--json", type=Path, metavar="FILE", help="store every trial")
     options = parser.parse_args(arguments)
@@ -417,6 +428,7 @@ def main(arguments: list[str] | None = None) -> None:
     run_as_others()
     single_threaded()
     default = Config()
+    Program.first = options.first
     domain, end = random.randrange(1, 100), time.monotonic() + 60 * options.minutes
     outcomes: list[Outcome] = []
     with tempfile.TemporaryDirectory() as folder:
