@@ -12,6 +12,7 @@ from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager
 
 from grabbergui.core import pfnc
+from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import FeatureAccessError, GrabberError, TransportError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
@@ -20,6 +21,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.settle import instances_of
 from grabbergui.driver.camera_formats import CameraFormats
+from grabbergui.driver.chunk_image import GEOMETRY, take_image
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.port import ChunkReader
@@ -66,6 +68,8 @@ class Acquisition:
         self._chunk_reader: ChunkReader | None = None
         "Reused by later streams, because making it parses the whole description."
         self._formats: CameraFormats | None = None
+        self._geometry: dict[str, FeatureValue] = {}
+        "The image that the camera was set to send, for payloads of chunks that do not describe theirs."
         self._stream_locks: dict[str, bool] = {}
         "Cache for `pauses_for` during a stream: whether only the stream locks a feature."
 
@@ -82,6 +86,7 @@ class Acquisition:
         self._fanout.clear()
         self._chunks = self._reader_of_chunks(nodes)
         self._formats = CameraFormats(nodes, self._device.info.vendor)
+        self._geometry = nodes.values([name for name in GEOMETRY if nodes.has(name)])
         self._device.open_stream(request, self._deliver)
         _invalidate_transport_features(nodes)
         try:
@@ -169,6 +174,8 @@ class Acquisition:
         if self._chunks is not None and frame.complete:
             payload = frame.payload if frame.chunk_payload is None else frame.chunk_payload
             frame.chunks.update(self._chunks.read(payload))
+        if frame.payload_type is PayloadType.CHUNK and self._device.chunk_layout is not None:
+            take_image(frame, self._device.chunk_layout, self._geometry)
         self._fanout.put(frame)
 
 

@@ -316,22 +316,31 @@ class ChunkReader:
                 continue  # it depends on the camera's registers, or is not UTF-8
 
 
+def chunk_spans(payload: NDArray[np.uint8], layout: DataLayout) -> list[tuple[int, int, int]]:
+    """Return id, offset and length of each chunk of a payload; empty if the tags are malformed."""
+    tag = _CHUNK_TAG[layout]
+    spans: list[tuple[int, int, int]] = []
+    end = len(payload)
+    while end and len(spans) < MOST_CHUNKS:
+        if end < tag.size:
+            return []
+        chunk_id, length = tag.unpack(payload[end - tag.size : end].tobytes())
+        begin = end - tag.size - length
+        if begin < 0:
+            return []
+        spans.append((chunk_id, begin, length))
+        end = begin
+    return [] if end else spans[::-1]
+
+
 def without_images(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
     """Return the chunks of a payload, of images only their tags; empty if the tags are malformed."""
     tag = _CHUNK_TAG[layout]
     pieces: list[bytes] = []
-    end = len(payload)
-    while end and len(pieces) < MOST_CHUNKS:
-        if end < tag.size:
-            return b""
-        chunk_id, length = tag.unpack(payload[end - tag.size : end].tobytes())
-        begin = end - tag.size - length
-        if begin < 0:
-            return b""
+    for chunk_id, begin, length in chunk_spans(payload, layout):
         kept = payload[begin : begin + length].tobytes() if length <= LARGEST_CHUNK else b""
         pieces.append(kept + tag.pack(chunk_id, len(kept)))
-        end = begin
-    return b"" if end else b"".join(reversed(pieces))
+    return b"".join(pieces)
 
 
 # -- events --------------------------------------------------------------------------------------
