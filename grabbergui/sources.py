@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
 from grabbergui.core.uri import (
+    DescriptionOption,
     GigeUriOptions,
     NoOptions,
     PlaybackOptions,
@@ -78,6 +79,7 @@ _OPTIONS: dict[SourceKind, type[Any]] = {
     SourceKind.SIM: SimulatedOptions,
     SourceKind.GIGE: GigeUriOptions,
     SourceKind.U3V: U3vOptions,
+    SourceKind.GENTL: DescriptionOption,
     SourceKind.YARP: YarpOptions,
     SourceKind.ROS2: Ros2Options,
     SourceKind.FILE: PlaybackOptions,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import difflib
 import ipaddress
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
 from pathlib import PurePath
 from typing import Any, NamedTuple, TypeVar
@@ -166,7 +166,19 @@ class SimulatedOptions:
 
 
 @dataclass(frozen=True)
-class GigeUriOptions:
+class DescriptionOption:
+    """The option of every kind of source that reads a GenICam description from the camera."""
+
+    description: str = _option(
+        "",
+        "FILE",
+        "the camera's description (`.xml` or `.zip`), for a camera whose own cannot be read; it is kept for "
+        "cameras of that model",
+    )
+
+
+@dataclass(frozen=True)
+class GigeUriOptions(DescriptionOption):
     """`gige:` the stream's transmission and reception."""
 
     packet_size: str = _option(
@@ -206,7 +218,7 @@ class GigeUriOptions:
 
 
 @dataclass(frozen=True)
-class U3vOptions:
+class U3vOptions(DescriptionOption):
     """`u3v:` how transfers are requested."""
 
     transfer_size: int = _option(
@@ -280,7 +292,7 @@ def read_options(kind: type[Options], uri: SourceUri) -> Options:
             raise UsageError(f"{uri}: {uri.scheme}: sources have no options")
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+            hint = f"did you mean {near[0]}?" if near else _there_is(known)
             raise UsageError(f"{uri}: there is no option {name}; {hint}")
         try:
             values[name] = readers[name](text)
@@ -289,6 +301,11 @@ def read_options(kind: type[Options], uri: SourceUri) -> Options:
             takes = row.form if "|" in row.form else f"{row.form}, {row.meaning}"
             raise UsageError(f"{uri}: {name}={text}: write {takes.replace('|', ' or ')}") from None
     return kind(**values)
+
+
+def _there_is(known: Iterable[str]) -> str:
+    names = ", ".join(known)
+    return f"there are {names}" if "," in names else f"there is only {names}"
 
 
 def option_rows(kind: type[Any]) -> list[OptionRow]:

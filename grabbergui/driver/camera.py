@@ -21,7 +21,7 @@ from grabbergui.core.features import Category, Feature, FeatureValue, format_val
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.core.settings import SettingKey, WriteResult
-from grabbergui.driver import acquisition
+from grabbergui.driver import acquisition, description_files
 from grabbergui.driver.acquisition import POLL_PERIOD, Acquisition, EventDelivery, Poller
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi.node_map import CameraNodeMap
@@ -88,16 +88,20 @@ class Camera(ReconnectingGrabber):
     def _connect(self, access: Access) -> None:
         try:
             self._access = self.device.open(access)
-            xml = self.device.description()
-            self._nodes = CameraNodeMap(self.device, xml, self._on_features_changed)
+            file = self.device.description_file
+            xml, nodes = description_files.used(self.device, file, self._node_map)
+            self._nodes = nodes
         except OSError as error:  # this computer has no more file descriptors, or its disk is full
             raise ResourceExhaustedError.of(error) or TransportError(
                 f"{self.info.title} cannot be opened: {error.strerror or error}"
             ) from error
-        self._acquisition.attach(self._nodes, xml, in_control=self._access is Access.CONTROL)
+        self._acquisition.attach(nodes, xml, in_control=self._access is Access.CONTROL)
         self.info = self.device.info
         memory = self._writer.memory if self._writer is not None else SettingsMemory()
-        self._writer = SettingWriter(self, self._nodes, memory)
+        self._writer = SettingWriter(self, nodes, memory)
+
+    def _node_map(self, xml: bytes) -> CameraNodeMap:
+        return CameraNodeMap(self.device, xml, self._on_features_changed)
 
     @override
     def close(self) -> None:

@@ -14,6 +14,7 @@ import io
 import logging
 import os
 import re
+import struct
 import threading
 import zipfile
 import zlib
@@ -24,6 +25,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Protocol
 from urllib.parse import unquote, urlsplit
+from xml.parsers import expat
 
 from grabbergui.core.errors import (
     DeviceLostError,
@@ -93,6 +95,9 @@ class Device(ABC):
 
     event_layout: DataLayout | None = None
     """Layout of the messages for `on_event`, which hold one event with its header; None without events."""
+
+    description_file = ""
+    """A file to read the description from, instead of the camera; see `driver.description_files`."""
 
     take_over = False
     """Whether `open` may take control from a program that offers it; only some transports can."""
@@ -359,12 +364,48 @@ def unpack(stored: bytes) -> bytes:
                 raise RemoteProtocolError(
                     f"the zipped description is compressed by method {method}; GenICam has only deflate (8)"
                 )
-            with archive.open(names[0]) as member:
-                # The sizes in the archive may be false, so count the bytes that come out.
-                xml = member.read(MAX_XML_BYTES + 1)
+            try:
+                with archive.open(names[0]) as member:
+                    # The sizes in the archive may be false, so count the bytes that come out.
+                    xml = member.read(MAX_XML_BYTES + 1)
+            except zipfile.BadZipFile as error:
+                xml = _without_checksum(stored, archive.getinfo(names[0]))
+                if not _parses(xml):
+                    raise
+                log.warning("the zipped description has a wrong checksum but parses: %s", error)
     # zipfile raises RuntimeError for encryption and unknown versions, ValueError for impossible offsets.
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         raise RemoteProtocolError(f"the zipped description is damaged: {error}") from error
     if len(xml) > MAX_XML_BYTES:
         raise RemoteProtocolError(f"the zipped description grows beyond {MAX_XML_BYTES} bytes")
     return xml.rstrip(b"\0")
+
+
+_LOCAL_HEADER = struct.Struct("<26xHH")
+"Header of a member of an archive, up to the lengths of its name and of its extra field."
+
+
+def _without_checksum(stored: bytes, member: zipfile.ZipInfo) -> bytes:
+    """Return a member of an archive whose CRC need not fit; at most MAX_XML_BYTES and one more.
+
+    Raises RemoteProtocolError, zlib.error.
+    """
+    if len(stored) < member.header_offset + _LOCAL_HEADER.size:
+        raise RemoteProtocolError("the zipped description is cut off")
+    name, extra = _LOCAL_HEADER.unpack_from(stored, member.header_offset)
+    begin = member.header_offset + _LOCAL_HEADER.size + name + extra
+    packed = stored[begin : begin + member.compress_size]
+    if member.compress_type == zipfile.ZIP_STORED:
+        return packed
+    return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, MAX_XML_BYTES + 1)
+
+
+def _parses(xml: bytes) -> bool:
+    """Return whether bytes are a well-formed document without entities of its own."""
+    if len(xml) > MAX_XML_BYTES or b"<!ENTITY" in xml:
+        return False
+    try:
+        expat.ParserCreate().Parse(xml[max(xml.find(b"<"), 0) :].rstrip(b"\0"), True)
+    except expat.ExpatError:
+        return False
+    return True

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from weakref import WeakSet
 
 from psygnal import Signal
@@ -14,7 +15,7 @@ from psygnal import Signal
 from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, differs
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import DescriptionOption, SourceUri
 from grabbergui.models.connection import Connection
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.language import translate
@@ -248,6 +249,20 @@ def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
     names = (known.name, listed.address, listed.serial, listed.hardware_id, listed.user_name)
     wanted = {name.lower() for name in (uri.name, named.address) if name}
     return not wanted.isdisjoint(name.lower() for name in names)
+
+
+def takes_description(uri: str) -> bool:
+    """Return whether a source's description may come from a file."""
+    try:
+        return issubclass(sources.SourceKind(SourceUri.parse(uri).scheme).options, DescriptionOption)
+    except (UsageError, ValueError):
+        return False
+
+
+def with_description(uri: str, file: Path) -> str:
+    """Return a source's URI with the option that takes its description from a file. Raises UsageError."""
+    parsed = SourceUri.parse(uri)
+    return str(replace(parsed, options={**parsed.options, "description": str(file)}))
 
 
 FEWEST = 2

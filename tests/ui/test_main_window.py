@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import replace
+from urllib.parse import quote
 
 import cv2
 import numpy as np
@@ -15,7 +16,7 @@ from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.open_source import Lack, LinkState
-from grabbergui.models.sources import ListedSource
+from grabbergui.models.sources import ListedSource, takes_description
 from grabbergui.ui import theme
 from grabbergui.ui.editors.feature_editor import ReadingLabel
 from grabbergui.ui.editors.number_editors import RangeEditor
@@ -299,6 +300,25 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(ap
     view.forgetRequested.emit(line.info.uri)
     app.until(lambda: view.sourceList.count() == 0)
     assert app.preferences.typed == []
+
+
+def test_a_camera_is_opened_with_a_description_from_a_file(app, monkeypatch, tmp_path):
+    file, opened = tmp_path / "model.xml", []
+    sources = app.program.sources
+    monkeypatch.setattr(sources._files, "to_open", lambda title, kinds: file, raising=False)
+    monkeypatch.setattr(sources, "connect_to", opened.append)
+    app.window.sources.descriptionRequested.emit("gige:40012345?resend=0")
+    assert opened == [f"gige:40012345?resend=0&description={quote(str(file), safe='')}"]
+    monkeypatch.setattr(sources._files, "to_open", lambda title, kinds: None, raising=False)
+    app.window.sources.descriptionRequested.emit("gige:40012345")
+    assert len(opened) == 1
+
+
+@pytest.mark.parametrize(
+    ("uri", "takes"), [("gige:1", True), ("u3v:", True), ("sim:", False), ("yarp:/a", False)]
+)
+def test_only_genicam_cameras_take_a_description(uri, takes):
+    assert takes_description(uri) is takes
 
 
 class Unreachable(ScriptedGrabber):

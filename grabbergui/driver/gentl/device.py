@@ -34,7 +34,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, choose, describe, differs, require_same
-from grabbergui.core.uri import NoOptions, SourceUri, read_options
+from grabbergui.core.uri import DescriptionOption, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, StreamRequest, fetch_description, with_texts
 from grabbergui.driver.genapi.vetting import port_name
@@ -237,10 +237,12 @@ class GentlDevice(Device):
 
 def create(uri: SourceUri) -> FrameGrabber:
     """Return the camera of a URI, without opening it. Raises UsageError, SourceNotFoundError."""
-    read_options(NoOptions, uri)
+    options = read_options(DescriptionOption, uri)
     file, _, name = uri.name.partition("#")
     path = _producer_file(file)
-    return Camera(GentlDevice(path, name, DeviceInfo(str(uri), bus="GenTL", address=name)))
+    device = GentlDevice(path, name, DeviceInfo(str(uri), bus="GenTL", address=name))
+    device.description_file = options.description
+    return Camera(device)
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

@@ -392,6 +392,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         batched=not chosen.plain,
     )
     device = GigeDevice(uri.name, options)
+    device.description_file = chosen.description
     device.info = replace(device.info, uri=str(uri))
     return Camera(device, deliver_incomplete=chosen.incomplete)
 

@@ -28,6 +28,7 @@ class RecordedDevice(Device):
     def __init__(self, device: Device) -> None:
         super().__init__(device.info)
         self.device = device
+        self.description_file = device.description_file
         self.chunk_layout, self.event_layout = device.chunk_layout, device.event_layout
         self.reads: dict[tuple[int, int], RegisterAccess] = {}
         "The first read of each address and length."

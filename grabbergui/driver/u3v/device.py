@@ -312,6 +312,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         uri.name, largest_transfer=options.transfer_size, transfers_in_flight=options.transfers
     )
     device.info = replace(device.info, uri=str(uri))
+    device.description_file = options.description
     return Camera(device)
 
 

@@ -16,12 +16,12 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import Cause, Message, MessageModel, Offer, Severity
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile
+from grabbergui.models.sources import GalleryModel, ListedSource, SourceListModel, Tile, with_description
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import LiveImageView, StatusView
+from grabbergui.ui.views.bases import FileQuestions, LiveImageView, StatusView
 from grabbergui.ui.views.gallery import CameraTile, Gallery
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.labels import TaskRow, TaskStack
@@ -45,8 +45,10 @@ class SourcesController(QObject):
         tasks: TaskStack,
         confirm: Confirm,
         messages: MessageModel,
+        files: FileQuestions,
     ) -> None:
         super().__init__(view)
+        self._files = files
         self._messages = messages
         self._view = view
         self._model = model
@@ -69,6 +71,7 @@ class SourcesController(QObject):
         view.disconnectRequested.connect(self.disconnect_current)
         view.refreshRequested.connect(model.refresh)
         view.forgetRequested.connect(self._on_view_forget_requested)
+        view.descriptionRequested.connect(self._on_view_description_requested)
         view.setRecent(preferences.recent)
         self._restore()
         self._show()
@@ -115,6 +118,11 @@ class SourcesController(QObject):
     def _on_view_forget_requested(self, uri: str) -> None:
         self._model.remove(uri)
         self._preferences.typed = self._model.added_by_user
+
+    def _on_view_description_requested(self, uri: str) -> None:
+        kinds = self.tr("GenICam descriptions (*.xml *.zip)")
+        if chosen := self._files.to_open(self.tr("Description of this camera"), kinds):
+            self.connect_to(with_description(uri, chosen))
 
     def _restore(self) -> None:
         for uri in self._preferences.typed:

@@ -96,6 +96,7 @@ class Program(QObject):
             tasks,
             self.recording.confirm,
             self.messages,
+            files,
         )
         self.tiles = GalleryController(
             window.gallery, self.gallery, connection, self.status, self.recording.confirm

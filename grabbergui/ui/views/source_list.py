@@ -32,7 +32,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.open_source import Lack
-from grabbergui.models.sources import ListedSource
+from grabbergui.models.sources import ListedSource, takes_description
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import name_lines
 from grabbergui.ui.windows import load_form, set_available
@@ -147,6 +147,8 @@ class SourceListView(QWidget):
     """The URI of a source to open, but not to start."""
     besideRequested = pyqtSignal(str)
     """The URI of an additional source to open."""
+    descriptionRequested = pyqtSignal(str)
+    """The URI of a camera to open with a description from a file."""
     addressEntered = pyqtSignal(str)
     """The text of the address field."""
     disconnectRequested = pyqtSignal()
@@ -295,6 +297,11 @@ class SourceListView(QWidget):
         menu.addAction(self.tr("Connect without starting"), lambda: self.stillRequested.emit(source.info.uri))
         if self._connected and not source.connected:
             menu.addAction(self.tr("Open beside"), lambda: self.besideRequested.emit(source.info.uri))
+        if takes_description(source.info.uri):
+            menu.addAction(
+                self.tr("Connect with a description file…"),
+                lambda: self.descriptionRequested.emit(source.info.uri),
+            )
         if source.manual:
             menu.addAction(self.tr("Forget"), lambda: self.forgetRequested.emit(source.info.uri))
         menu.popup(self.sourceList.mapToGlobal(place))

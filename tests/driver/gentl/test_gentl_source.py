@@ -125,7 +125,7 @@ def test_wrong_names_say_what_there_is(monkeypatch):
         sources.create("gentl:nix.cti")
     with pytest.raises(MissingFileError):
         sources.create(f"gentl:{5000 * 'x'}.cti")
-    with pytest.raises(UsageError, match="no options"):
+    with pytest.raises(UsageError, match="no option fps; there is only description"):
         sources.create(f"gentl:{VIKY}?fps=3")
     with pytest.raises(SourceNotFoundError, match=r"'9'.*VikyTL_DEV_red"):
         sources.create(f"gentl:{VIKY}#9").open()

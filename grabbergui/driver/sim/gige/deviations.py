@@ -31,6 +31,10 @@ class Deviations:
     "GVCP status of the answer to each access, by register address."
     read_only: frozenset[int] = frozenset()
     "Addresses of registers that refuse to be written."
+    urls: tuple[str, str] | None = None
+    "Texts of the URL registers instead of its own."
+    damaged_archive: bool = False
+    "Whether the checksum in its zipped description is wrong."
     longest_access: int = 536
     "Bytes that one READMEM or WRITEMEM may have."
 
@@ -48,6 +52,19 @@ class Deviations:
         elif self.little_endian and not self.declared_big_endian:
             text = _REGISTER.sub(lambda node: _declare_little(node[0]), text)
         return text.encode()
+
+    def store(self, archive: bytes) -> bytes:
+        """Return the zipped description as it is in this camera's memory."""
+        if not self.damaged_archive:
+            return archive
+        directory = archive.rindex(b"PK\1\2")
+        return b"".join(
+            (
+                archive[: directory + 16],
+                bytes(byte ^ 0xFF for byte in archive[directory + 16 : directory + 20]),
+                archive[directory + 20 :],
+            )
+        )
 
     # -- the memory of a little-endian device --------------------------------------------------------
     def read(self, memory: RegisterMemory, read: Read, address: int, length: int) -> bytes:

@@ -188,7 +188,7 @@ def make_bootstrap(
 ) -> RegisterMemory:
     """Make the bootstrap registers of a camera at an address; strings are the model's own."""
     deviations = deviations or Deviations()
-    archive = zipped(f"{XML_NAME}.xml", deviations.describe(description()))
+    archive = deviations.store(zipped(f"{XML_NAME}.xml", deviations.describe(description())))
     url = f"Local:{XML_NAME}.zip;{XML_ADDRESS:x};{len(archive):x}"
     strings = {
         _field("vendor", bootstrap.VENDOR): reg.DEVICE_VENDOR_NAME,
@@ -198,7 +198,11 @@ def make_bootstrap(
         _field("serial number", bootstrap.SERIAL_NUMBER): reg.DEVICE_SERIAL_NUMBER,
         USER_NAME: reg.DEVICE_USER_ID,
     }
-    urls = (_field("first URL", bootstrap.FIRST_URL, url), _field("second URL", bootstrap.SECOND_URL, url))
+    first, second = deviations.urls or (url, url)
+    urls = (
+        _field("first URL", bootstrap.FIRST_URL, first),
+        _field("second URL", bootstrap.SECOND_URL, second),
+    )
     memory = RegisterMemory((*_REGISTERS, *strings, *urls))
     for mirror, original in strings.items():
         memory.on_read(mirror, partial(model.memory.get, original))
