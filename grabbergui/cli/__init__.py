@@ -11,7 +11,6 @@ import argparse
 import contextlib
 import difflib
 import importlib
-import json
 import os
 import shutil
 import sys
@@ -30,6 +29,7 @@ from grabbergui.cli.process import (
     spell_out,
 )
 from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.json_text import to_json
 from grabbergui.core.uri import is_ip_address
 
 # -- running a command ---------------------------------------------------------------------------
@@ -119,7 +119,7 @@ def _report(error: GrabberError | OSError, *, as_json: bool) -> int:
         if isinstance(error, PartialResultError):
             result, cause = error.result, error.__cause__ or GrabberError()
         with contextlib.suppress(OSError):
-            print(json.dumps({**result, "error": {"type": type(cause).__name__, "message": message}}))
+            print(to_json({**result, "error": {"type": type(cause).__name__, "message": message}}))
     _give_up_output()
     # A named file is missing, as with MissingFileError elsewhere.
     return EXIT_USAGE if isinstance(error, UsageError | FileNotFoundError) else EXIT_FAILURE

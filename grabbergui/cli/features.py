@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.json_text import to_json
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.features.numbers import typed_value
 from grabbergui.models.settings import files
@@ -90,7 +90,7 @@ def _features(options: argparse.Namespace) -> int:
     with opened(options.source, reading=True) as grabber:
         if options.json:
             read += grabber.features()
-            print(json.dumps([_as_dict(feature) for feature in read], indent=2))
+            print(to_json([_as_dict(feature) for feature in read], indent=2))
         else:
             for line in _tree_lines(grabber, grabber.feature_tree(), 0, read):
                 print(line)
@@ -112,7 +112,7 @@ def _get(options: argparse.Namespace) -> int:
             if not options.json:
                 print(report(feature, _with_selectors(grabber, key)))
     if options.json:
-        print(json.dumps(values, indent=2))
+        print(to_json(values, indent=2))
     return 0
 
 
@@ -127,7 +127,7 @@ def _set(options: argparse.Namespace) -> int:
             if not options.json:
                 print(report(feature, _with_selectors(grabber, key)))
     if options.json:
-        print(json.dumps(values, indent=2))
+        print(to_json(values, indent=2))
     return 0
 
 
@@ -244,7 +244,7 @@ def _save(options: argparse.Namespace) -> int:
     files.save(features, options.file)
     if options.json:
         saved = {"file": str(options.file), "saved": len(features), "left_out": list(features.left_out)}
-        print(json.dumps(saved, indent=2))
+        print(to_json(saved, indent=2))
         return 0
     for text in features.left_out:
         print(f"left out {text}")
@@ -268,7 +268,7 @@ def _load(options: argparse.Namespace) -> int:
             )
         raise PartialResultError(problem, result)
     if options.json:
-        print(json.dumps(result, indent=2))
+        print(to_json(result, indent=2))
     return 0
 
 
@@ -308,7 +308,7 @@ def _diff(options: argparse.Namespace) -> int:
     differences = compare(first, second)
     if options.json:
         rows = [{"name": str(each.key), "first": each.first, "second": each.second} for each in differences]
-        print(json.dumps(rows, indent=2))
+        print(to_json(rows, indent=2))
     else:
         for line in (*first.lost_lines, *second.lost_lines, *map(str, differences)):
             print(line)

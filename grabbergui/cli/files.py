@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +21,7 @@ from grabbergui.core.file_access import (
     read_file,
     write_file,
 )
+from grabbergui.core.json_text import to_json
 
 _ARGUMENTS = {"list": (0, 0), "get": (1, 2), "put": (2, 2), "delete": (1, 1)}
 "Least and most arguments of each action."
@@ -74,7 +74,7 @@ def _list(options: argparse.Namespace) -> None:
     with opened(options.source) as grabber:
         files = list_files(grabber)
     if options.json:
-        print(json.dumps([file.as_dict() for file in files], indent=2))
+        print(to_json([file.as_dict() for file in files], indent=2))
         return
     width = max((len(file.name) for file in files), default=0)
     for file in files:
@@ -128,13 +128,13 @@ def _delete(options: argparse.Namespace) -> None:
     with opened(options.source) as grabber:
         delete_file(grabber, options.name)
     if options.json:
-        print(json.dumps({"file": options.name, "deleted": True}))
+        print(to_json({"file": options.name, "deleted": True}))
     else:
         print(f"{options.name}: deleted")
 
 
 def _report(options: argparse.Namespace, result: dict[str, Any], outcome: str) -> None:
-    print(json.dumps(result) if options.json else f"{options.name}: {result['size']} bytes {outcome}")
+    print(to_json(result) if options.json else f"{options.name}: {result['size']} bytes {outcome}")
 
 
 @contextmanager

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,6 +37,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, DeviceEvent, FrameGrabber
+from grabbergui.core.json_text import to_json
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
@@ -176,7 +176,7 @@ def _grab(options: argparse.Namespace) -> int:
         summary = _collect(source, queue, options)
         source.grabber.stop()
     if options.json:
-        print(json.dumps(summary))
+        print(to_json(summary))
     else:
         print(
             counted(options.frames, "frame"),
@@ -285,7 +285,7 @@ def _record(options: argparse.Namespace) -> int:
     }
     if options.json:
         if not reason:
-            print(json.dumps(summary))
+            print(to_json(summary))
     elif progress.frames:
         megabytes = progress.size / 1e6
         print(
@@ -389,5 +389,5 @@ def _switched_on(grabber: FrameGrabber, names: list[str]) -> Iterator[None]:
 
 def _event_line(event: DeviceEvent, *, as_json: bool) -> str:
     if as_json:
-        return json.dumps({"event": event.name, "id": event.event_id, "values": event.values})
+        return to_json({"event": event.name, "id": event.event_id, "values": event.values})
     return str(event)

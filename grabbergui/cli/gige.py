@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from contextlib import ExitStack, closing
 from typing import Any
@@ -14,6 +13,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
+from grabbergui.core.json_text import to_json
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
 
@@ -153,7 +153,7 @@ def _trigger_group(options: argparse.Namespace) -> int:
     clock, largest = "host" if options.no_ptp else "PTP", max(spreads) / 1000
     if options.json:
         print(
-            json.dumps(
+            to_json(
                 {
                     "cameras": len(cameras),
                     "actions": len(spreads),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +14,7 @@ from grabbergui.cli.process import dies_of_signals, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.core.json_text import to_json
 from grabbergui.core.shared_folder import MEMORY
 from grabbergui.net.ros2 import shared_memory
 from grabbergui.setup import completion_scripts as completion
@@ -58,7 +58,7 @@ def _list(options: argparse.Namespace) -> int:
     if somebody_types():
         Seen().keep_sources(info.uri for info in found)
     if options.json:
-        print(json.dumps([info.as_dict() for info in found], indent=2))
+        print(to_json([info.as_dict() for info in found], indent=2))
         return 0
     rows = [tuple(column.upper() for column in _COLUMNS)]
     rows += [tuple(getattr(info, column) for column in _COLUMNS) for info in found]
@@ -103,7 +103,7 @@ def _doctor(options: argparse.Namespace) -> int:
                     print(f"{'':8}→ {finding.remedy}", flush=True)
     if options.json:
         rows = [{"level": each.level.value, "text": each.text, "remedy": each.remedy} for each in findings]
-        print(json.dumps(rows, indent=2))
+        print(to_json(rows, indent=2))
     return 1 if any(finding.level is doctor.Level.PROBLEM for finding in findings) else 0
 
 
@@ -164,7 +164,7 @@ def _setup(options: argparse.Namespace) -> int:
     }[options.part]
     files, advice = done(options)
     if options.json:
-        print(json.dumps([str(file) for file in files], indent=2))
+        print(to_json([str(file) for file in files], indent=2))
         return 0
     for file in files:
         print(f"{'removed' if options.remove else 'wrote'} {file}")
@@ -230,7 +230,7 @@ def _show_paths(options: argparse.Namespace) -> int:
     if options.name is not None:
         paths = {options.name: paths[options.name]}
     if options.json:
-        print(json.dumps({name: str(path) for name, path in paths.items()}, indent=2))
+        print(to_json({name: str(path) for name, path in paths.items()}, indent=2))
     elif options.name is not None:
         print(paths[options.name])
     else:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import _thread
 import codecs
 import io
-import json
 import logging
 import os
 import re
@@ -23,6 +22,8 @@ from contextlib import contextmanager
 from datetime import datetime, timezone
 from types import FrameType
 from typing import TextIO
+
+from grabbergui.core.json_text import to_json
 
 log = logging.getLogger(__name__)
 
@@ -82,7 +83,7 @@ class JsonFormatter(logging.Formatter):
         }
         if record.exc_info:
             entry["exception"] = self.formatException(record.exc_info)
-        return json.dumps(entry, ensure_ascii=False)
+        return to_json(entry, ascii_only=False)
 
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")

@@ -7,7 +7,6 @@ a test holds that they are current. `sources_help` is the end of `grabbergui --h
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 from grabbergui import __version__
 from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options, wrapped
 from grabbergui.core.environment import MANUAL, RESOURCES
+from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import FORMATS, Family, Layout, PixelFormat
 from grabbergui.core.uri import option_rows
 from grabbergui.setup.completion import TABLE
@@ -73,7 +73,7 @@ def files() -> dict[Path, str]:
         MANUAL / "source-uris.md": source_uris_page(),
         MANUAL / "reference" / "pixel-formats.md": pixel_formats_page(),
         RESOURCES / "man" / "grabbergui.1": man_page(),
-        TABLE: json.dumps(completion_table(), indent=1, ensure_ascii=False) + "\n",
+        TABLE: to_json(completion_table(), indent=1, ascii_only=False) + "\n",
     }
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from grabbergui.cli.arguments import add_source, count_or_none
 from grabbergui.cli.process import passing_note
 from grabbergui.core.environment import check_folder_of, write_whole
 from grabbergui.core.errors import ExistingFileError
+from grabbergui.core.json_text import to_json
 
 
 def add_commands(commands: Any) -> None:
@@ -65,7 +65,7 @@ def _report(options: argparse.Namespace) -> int:
     write_whole(path, report_file.encode(with_readme(report, names_kept=kept)))
     if options.json:
         result = {"file": str(path), "contents": lines, "problems": list(report.problems)}
-        print(json.dumps(result, indent=2))
+        print(to_json(result, indent=2))
     else:
         print(f"wrote {path}")
     return 0

@@ -21,6 +21,7 @@ from grabbergui.core.component import Component
 from grabbergui.core.errors import PixelFormatError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.pixels import millimetres
 
@@ -251,7 +252,7 @@ class Scan3d:
 
     def as_json(self) -> str:
         """Return one line of JSON for `from_json`."""
-        return json.dumps(asdict(self), separators=(",", ":"))
+        return to_json(asdict(self), compact=True)
 
     @classmethod
     def from_json(cls, text: str) -> Scan3d:

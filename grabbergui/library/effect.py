@@ -28,6 +28,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.json_text import to_json
 from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Role
 
@@ -328,6 +329,6 @@ class _Known:
         path = cls.path()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            environment.write_whole(path, json.dumps(dict(known), indent=1))
+            environment.write_whole(path, to_json(dict(known), indent=1))
         except OSError as error:
             log.info("%s could not be written, so the latency is measured again next time: %s", path, error)

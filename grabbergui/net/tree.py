@@ -33,6 +33,7 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.json_text import to_json
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
 
 SELECTING_VERSION = 2
@@ -290,7 +291,7 @@ _PLAIN_TYPES = {kind: _plain_types(kind) for kind in (Category, EnumEntry, Featu
 
 def dumps(result: object) -> str:
     """Encode plain data, features, categories, device infos or results of writes as JSON."""
-    return json.dumps(result, default=_plain, separators=(",", ":"))
+    return to_json(result, default=_plain, compact=True)
 
 
 def loads(text: str) -> Any:

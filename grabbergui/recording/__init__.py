@@ -27,6 +27,7 @@ from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.regular_files import open_regular
 
@@ -305,7 +306,7 @@ class FrameNote:
         values = {
             name: value for name, value in vars(self).items() if name not in _RARE or value != _RARE[name]
         }
-        text = json.dumps(values, separators=(",", ":"))
+        text = to_json(values, compact=True)
         return text + "\n" if len(text) < MAX_LINE else replace(self, chunks={}).line()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -22,6 +21,7 @@ from grabbergui.core.component import further_components
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import Family
 from grabbergui.core.scan3d import PointCloud
 
@@ -125,7 +125,7 @@ def _save_image(frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment:
         suffix, content = _encoded(frame)
     except PixelFormatError:
         path = _write_new(folder, stem, ".raw", frame.payload.tobytes())
-        path.with_suffix(".json").write_text(json.dumps(_particulars(frame, info, moment), indent=2) + "\n")
+        path.with_suffix(".json").write_text(to_json(_particulars(frame, info, moment), indent=2) + "\n")
         return path
     return _write_new(folder, stem, suffix, content)
 

@@ -34,6 +34,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from grabbergui.core.json_text import to_json
 from grabbergui.core.scheduling import lock_memory, run_first
 
 KINDS = {
@@ -259,7 +260,7 @@ class Guardian:
                 _say(f"a stop may come late on a busy machine: {refused}")
         report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, stopping)
         with suppress(OSError):  # the program has ended: the next read reports it
-            os.write(self._reports, json.dumps(asdict(report)).encode() + b"\n")
+            os.write(self._reports, to_json(asdict(report)).encode() + b"\n")
 
     def _finish(self) -> None:
         """Send the stop and its repeats, then wait for the answers for a limited time."""

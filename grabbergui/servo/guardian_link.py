@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.json_text import to_json
 from grabbergui.servo.guardian import Report
 
 log = logging.getLogger(__name__)
@@ -198,7 +199,7 @@ class GuardianLink(Guard):
         """Write a line; `_read` detects a pipe that is full or broken."""
         if self._process is not None:
             with suppress(OSError):
-                os.write(self._pipes()[0], json.dumps(message).encode() + b"\n")
+                os.write(self._pipes()[0], to_json(message).encode() + b"\n")
 
     def _pipes(self) -> tuple[int, int]:
         process = self._process

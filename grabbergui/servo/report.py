@@ -5,7 +5,6 @@ OpenCV draws the curves, so no window and no plotting library is needed.
 
 from __future__ import annotations
 
-import json
 import logging
 import math
 from collections.abc import Callable, Sequence
@@ -22,6 +21,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.json_text import to_json
 from grabbergui.recording import RecordingKind
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
@@ -75,7 +75,7 @@ class Recorder:
         self._finish_video()
         report = summary(self.cycles) | facts
         report["video"] = f"{self._images} images at {VIDEO_FPS:g} per second"
-        write_whole(self._folder / "report.json", json.dumps(_plain(report), indent=2) + "\n")
+        write_whole(self._folder / "report.json", to_json(_plain(report), indent=2) + "\n")
         if len(self.cycles) > 1:
             plots = cv2.cvtColor(plot(self.cycles), cv2.COLOR_RGB2BGR)
             try:

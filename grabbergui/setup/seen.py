@@ -18,6 +18,7 @@ from typing import Any
 
 from grabbergui.core.environment import cache_home
 from grabbergui.core.features import Feature, FeatureKind
+from grabbergui.core.json_text import to_json
 
 _SIMULATED = Path(__file__).parents[1] / "driver" / "sim" / "camera.xml"
 _LISTED = re.compile(r"<pFeature>(\w+)</pFeature>")
@@ -96,7 +97,7 @@ class Seen:
         unfinished = self.file.with_name(f"{self.file.name}.{os.getpid()}")
         with suppress(OSError):
             self.file.parent.mkdir(parents=True, exist_ok=True)
-            unfinished.write_text(json.dumps(kept), "utf-8")
+            unfinished.write_text(to_json(kept), "utf-8")
             unfinished.replace(self.file)
 
 

@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.json_text import to_json
 from grabbergui.core.regular_files import read_bounded
 from grabbergui.driver.device import MAX_XML_BYTES, DataLayout
 
@@ -201,7 +202,7 @@ def encode(report: CameraReport) -> bytes:
 
 
 def _json(content: Any) -> str:
-    return json.dumps(_finite(content), indent=1, allow_nan=False, ensure_ascii=False)
+    return to_json(_finite(content), indent=1, ascii_only=False)
 
 
 def _finite(content: Any) -> Any:

@@ -20,6 +20,7 @@ from pathlib import Path
 from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.core.json_text import to_json
 from grabbergui.core.regular_files import read_bounded
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings import foreign
@@ -187,7 +188,7 @@ def _device_of(text: str) -> str:
 # -- YAML ----------------------------------------------------------------------------------------
 def to_yaml(features: FeatureSet) -> str:
     """Return the text of a set as YAML, with the same meaning in versions 1.1 and 1.2."""
-    lines = [f"device: {json.dumps(features.device)}", "features:"]
+    lines = [f"device: {to_json(features.device)}", "features:"]
     lines += [f"  {key}: {_to_scalar(value)}" for key, value in features.settings.items()]
     if len(lines) == 2:
         lines[1] = "features: {}"
@@ -237,11 +238,11 @@ def _to_scalar(value: FeatureValue) -> str:
         return str(value)
     if isinstance(value, float):
         # YAML 1.1 reads 1e-05 as text: a number needs a point.
-        text = repr(value) if math.isfinite(value) else json.dumps(repr(value))
+        text = repr(value) if math.isfinite(value) else to_json(repr(value))
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
     if _PLAIN.fullmatch(value) and value.lower() not in _YAML_WORDS:
         return value
-    return json.dumps(value, ensure_ascii=not value.isprintable())
+    return to_json(value, ascii_only=not value.isprintable())
 
 
 def _scalar(text: str) -> FeatureValue:

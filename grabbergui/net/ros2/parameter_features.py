@@ -19,6 +19,7 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
+from grabbergui.core.json_text import to_json
 from grabbergui.net.ros2.parameters import BOOL, DOUBLE, INTEGER, STRING, message_of, value_of
 
 BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, DOUBLE_ARRAY, STRING_ARRAY = ARRAYS = range(5, 10)
@@ -287,7 +288,7 @@ def text_of(message: Any) -> str:
     """Return the elements of a ParameterValue that is an array."""
     array = _ARRAYS[message.type]
     elements = getattr(message, array.field)
-    return json.dumps([array.from_element(element) for element in elements], ensure_ascii=False)
+    return to_json([array.from_element(element) for element in elements], ascii_only=False)
 
 
 def message_of_text(name: str, kind: int, text: str) -> Any:
@@ -310,6 +311,6 @@ def _elements(name: str, array: _Array, text: str) -> list[Any]:
         raise FeatureValueError(f"{name}={text[:60]}: that is no list; {how}", name) from None
     for place, element in enumerate(elements):
         if not array.accepts(element):
-            shown = json.dumps(element, ensure_ascii=False)[:60]
+            shown = to_json(element, ascii_only=False)[:60]
             raise FeatureValueError(f"{name}: {shown}, at place {place + 1}, does not fit; {how}", name)
     return list(elements)
