@@ -25,6 +25,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import FollowedScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, in_camera_units, kind_of
+from grabbergui.net.sender_clock import SenderClock
 from grabbergui.net.yarp.image import HEADER, ImageHeader
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -101,6 +102,7 @@ class ImageReader:
         self._port = InputPort(own, names, bind=bind)
         self._refused = ""
         "Reason for which the last image could not be decoded; each reason is logged once."
+        self._clock = SenderClock()
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"yarp frames of {source}", daemon=True)
 
@@ -140,6 +142,7 @@ class ImageReader:
 
     def connect(self) -> None:
         """Connect again. Raises as `open`."""
+        self._clock = SenderClock()  # the source may have moved to another computer
         self._port.connect(self._source, self._carrier)
 
     def disconnect(self) -> None:
@@ -152,8 +155,11 @@ class ImageReader:
                 message, envelope = self._port.read(self._pause())
             except FrameTimeoutError:
                 continue
+            arrived, now = time.monotonic_ns(), time.time_ns()
             try:
-                self._deliver(to_frame(message, envelope, time.time_ns()))
+                frame = to_frame(message, envelope, now)
+                age = self._clock.age(frame.timestamp_ns, arrived, now)
+                self._deliver(replace(frame, received_ns=now - age, captured=(arrived - age) * 1e-9))
             except (RemoteProtocolError, PixelFormatError) as error:
                 self.ignored += 1
                 if str(error) != self._refused:
