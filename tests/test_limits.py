@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.core import encoded_image
+from grabbergui.core import encoded_image, scheduling
 from grabbergui.core.errors import (
     AccessDeniedError,
     LocalProtocolError,
@@ -35,7 +35,7 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.net import remote_grabber, tree
 from grabbergui.net.tree import TreeService, read_category
 from grabbergui.net.yarp import grabber_values, image
-from grabbergui.net.yarp.os import admin, carrier, codecs
+from grabbergui.net.yarp.os import admin, carrier, codecs, framing, name_server, registry, values
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 
@@ -67,6 +67,12 @@ VALUES = {
     (carrier, "NAME_LIMIT"): 1000,
     (carrier, "MESSAGE_LIMIT"): 1 << 28,
     (codecs, "TEXT_REPLY_LIMIT"): 16 << 20,
+    (registry, "PORT_LIMIT"): 200,
+    (registry, "ADDRESS_LIMIT"): 64,
+    (name_server, "ASKER_LIMIT"): 4000,
+    (values, "MAX_ITEMS"): 10_000,
+    (framing, "LINE_LIMIT"): 1 << 16,
+    (scheduling, "MOST_WORK"): 0.25,
 }
 
 

@@ -27,7 +27,8 @@ def test_systemd_finds_nothing_wrong_with_it(tmp_path):
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
 def test_a_stranger_who_gets_in_can_do_little(tmp_path):
-    command = ["systemd-analyze", "security", "--offline=true", "--threshold=25", "--no-pager", str(UNIT)]
+    """SECURITY.md has the figure, 1.8."""
+    command = ["systemd-analyze", "security", "--offline=true", "--threshold=18", "--no-pager", str(UNIT)]
     checked = subprocess.run(command, capture_output=True, text=True)
     if "unrecognized option" in checked.stderr:
         pytest.skip("this systemd cannot judge a unit that is not installed")
