@@ -118,7 +118,10 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
     SourceKind.YARP: (("yarp:/PORT", "a frame grabber, or any port that sends images"),),
     SourceKind.ROS2: (("ros2:/TOPIC", "a served camera, or any image topic"),),
     SourceKind.FILE: (
-        ("file:PATH", "a recording: a folder of images or of `ros2 bag`, a movie, .mcap, .db3 or .tiff"),
+        (
+            "file:PATH",
+            "a recording: a folder of images or of `ros2 bag`, a movie, .mcap, .db3, .tiff or .npy",
+        ),
     ),
     SourceKind.TWIN: (("twin:FILE.zip", "a simulated camera made of a camera's report"),),
 }

@@ -37,13 +37,15 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, DeviceEvent, FrameGrabber
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.json_text import to_json
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import CODECS, kind_of, snapshot
-from grabbergui.recording.recorder import RecordingLimits, create_recorder
+from grabbergui.recording import CODECS, RecordingKind, kind_of, snapshot
+from grabbergui.recording.recorder import RecordingLimits, create_recorder, create_writer
+from grabbergui.recording.writer import RecordingWriter
 
 _LOOK = 0.5
 "Seconds between checks whether the source is still there."
@@ -161,7 +163,12 @@ def _add_grab(commands: Any) -> None:
     parser.add_argument(
         "-n", "--frames", type=count, default=1, metavar="FRAMES", help="number of frames (1)"
     )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame in this folder")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="PATH",
+        help="save every frame in this folder, or all in stack.tiff or array.npy",
+    )
     parser.add_argument(
         "--ply", action="store_true", help="also save the point clouds of range images, as PLY"
     )
@@ -192,18 +199,39 @@ def _save(frame: Frame, folder: Path, grabber: FrameGrabber, scan: Scan3d | None
         snapshot.save_points(frame, folder, grabber.info, scan)
 
 
+def _writer_of(options: argparse.Namespace, info: DeviceInfo) -> RecordingWriter | None:
+    """Return the writer of one file for all frames; None if `--out` is a folder. Raises UsageError."""
+    suffix = options.out.suffix.lower() if options.out is not None else ""
+    if not suffix or options.out.is_dir():
+        return None
+    kind = kind_of(options.out)  # refuses .png and others, of which a folder would be made
+    if kind not in (RecordingKind.STACK, RecordingKind.NUMPY):
+        if kind.suffix == suffix:
+            raise UsageError(f"--out {options.out}: grab saves into a folder, .tiff or .npy; use record")
+        return None
+    if options.ply:
+        raise UsageError("--ply saves into the folder of --out; name one")
+    check_folder_of(options.out)
+    return create_writer(kind, options.out, info)
+
+
 def _collect(source: _AwaitedSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
     if options.ply and options.out is None:
         raise UsageError("--ply saves into the folder of --out; name one")
     scan = read_scan3d(source.grabber) if options.ply else None
+    writer = _writer_of(options, source.grabber.info)
     first: Frame | None = None
     payload_bytes = 0
     for so_far in range(options.frames):
         frame = source.next_frame(queue, so_far)
         first = first or frame
         payload_bytes += frame.nbytes
-        if options.out is not None:
+        if writer is not None:
+            writer.write(frame)
+        elif options.out is not None:
             _save(frame, options.out, source.grabber, scan)
+    if writer is not None:
+        writer.close()
     assert first is not None
     counters = source.grabber.statistics()
     # From the first frame to the last, so that the rate excludes opening the camera.
@@ -234,7 +262,7 @@ def _add_record(commands: Any) -> None:
         type=Path,
         required=True,
         metavar="PATH",
-        help="the recording: movie.mp4, messages.mcap, or a folder of images (no ending)",
+        help="the recording: movie.mp4, messages.mcap, stack.tiff, array.npy, or a folder (no ending)",
     )
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
     parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="end after this many seconds")

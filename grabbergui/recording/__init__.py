@@ -53,15 +53,20 @@ class RecordingKind(Enum):
     "A movie (lossless H.264): 8 bits exactly, as fast as a camera of 8.8 MP."
     FFV1 = "ffv1"
     "A movie (FFV1): Mono of up to 16 bits and 8-bit colour exactly; smaller, and slower to write."
+    STACK = "stack"
+    "One TIFF with a page for each frame, uncompressed; up to 4 GiB."
+    NUMPY = "npy"
+    "One NumPy array of all frames."
     MCAP = "mcap"
     "Uncompressed ROS 2 messages, for Foxglove and `ros2 bag`."
 
     @property
     def suffix(self) -> str:
         """The suffix of its files; empty for a folder."""
-        return ".mcap" if self is RecordingKind.MCAP else ".mp4" if self in MOVIE_KINDS else ""
+        return _SUFFIXES.get(self, ".mp4" if self in MOVIE_KINDS else "")
 
 
+_SUFFIXES = {RecordingKind.MCAP: ".mcap", RecordingKind.STACK: ".tiff", RecordingKind.NUMPY: ".npy"}
 MOVIE_KINDS = (
     RecordingKind.H264,
     RecordingKind.HEVC,
@@ -78,25 +83,53 @@ CODECS = {
 """Codecs of a movie by their names; lossless H.264 has none of its own."""
 
 
+_BY_SUFFIX = {
+    ".mcap": RecordingKind.MCAP,
+    ".tif": RecordingKind.STACK,
+    ".tiff": RecordingKind.STACK,
+    ".npy": RecordingKind.NUMPY,
+}
+_NOT_WRITTEN = frozenset(
+    [
+        ".mkv",
+        ".avi",
+        ".mov",
+        ".webm",
+        ".bag",
+        ".db3",
+        ".npz",
+        ".png",
+        ".jpg",
+        ".jpeg",
+        ".bmp",
+        ".gif",
+        ".raw",
+        ".h5",
+        ".hdf5",
+    ]
+)
+"Endings of files that are not written, and that a folder would be mistaken for."
+
+
 def kind_of(
     path: Path, *, codec: str | None = None, lossless: bool = False, tiff: bool = False
 ) -> RecordingKind:
-    """Return the kind for a path's suffix: a movie, MCAP, or a folder of PNG.
+    """Return the kind for a path's suffix: a movie, MCAP, one TIFF or NumPy array, or a folder of PNG.
 
     `codec` is one of CODECS, h264 by default; `codec` and `lossless` are for a movie, `tiff` for a folder.
     Raises UsageError.
     """
     suffix = path.suffix.lower()
-    if suffix in (".mkv", ".avi", ".mov", ".bag", ".db3"):
-        raise UsageError(f"{path}: recordings are .mp4, .mcap, or a folder (no ending)")
-    if tiff and suffix in (".mp4", ".mcap"):
+    if suffix in _NOT_WRITTEN:
+        raise UsageError(f"{path}: recordings are .mp4, .mcap, .tiff, .npy, or a folder (no ending)")
+    if tiff and suffix in (".mp4", ".mcap", ".npy"):
         raise UsageError(f"tiff is for a folder of images, not for {path.name}")
     if suffix == ".mp4":
         return _movie_kind(codec or RecordingKind.H264.value, lossless=lossless)
     if codec is not None or lossless:
         raise UsageError(f"codec and lossless are for a movie (.mp4), not for {path.name}")
-    if suffix == ".mcap":
-        return RecordingKind.MCAP
+    if suffix in _BY_SUFFIX:
+        return _BY_SUFFIX[suffix]
     return RecordingKind.TIFF if tiff else RecordingKind.PNG
 
 
@@ -198,6 +231,11 @@ def natural(path: Path) -> list[tuple[int, int, str]]:
     return [(0, int(part), "") if part.isascii() and part.isdigit() else (1, 0, part) for part in parts]
 
 
+def notes_beside(path: Path) -> Path:
+    """Return the file with the notes of a file: `movie.frames.jsonl` beside `movie.mp4`."""
+    return path.with_name(path.stem + ".frames.jsonl")
+
+
 # -- opening -------------------------------------------------------------------------------------
 VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
 "Suffixes of movies that are played."
@@ -227,6 +265,10 @@ def _opened(path: Path, topic: str) -> Recording:
         return RosRecording(path, bag_folder.opened(files), topic)
     if topic:
         raise UsageError(f"{path} has no topics; topic= is for .mcap, .db3 and folders of rosbag2")
+    if path.suffix.lower() == ".npy":
+        from grabbergui.recording.npy_file import NpyRecording
+
+        return NpyRecording(path)
     if path.is_dir() or path.suffix.lower() in (".tif", ".tiff"):
         from grabbergui.recording.folder import FolderRecording
 
@@ -236,7 +278,8 @@ def _opened(path: Path, topic: str) -> Recording:
 
         return MovieRecording(path)
     raise UsageError(
-        f"{path} is no recording; there are folders of images, .mcap, .db3 and {', '.join(VIDEO_SUFFIXES)}"
+        f"{path} is no recording; there are folders of images, .mcap, .db3, .tiff, .npy "
+        f"and {', '.join(VIDEO_SUFFIXES)}"
     )
 
 

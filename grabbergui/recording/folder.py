@@ -25,6 +25,7 @@ from grabbergui.recording import (
     RecordingError,
     format_named,
     natural,
+    notes_beside,
     read_notes,
     rebuilt,
     rising,
@@ -57,8 +58,11 @@ class FolderRecording(Recording):
         """Open a folder, or a single file of several pages. Raises UsageError, RecordingError, OSError."""
         self.path = path
         self.title = path.name
-        notes_file = path / NOTES_NAME
-        if notes_file.is_file():
+        notes_file = path / NOTES_NAME if path.is_dir() else notes_beside(path)
+        if notes_file.is_file() and not path.is_dir():
+            self._entries = self._noted_pages(list(read_notes(notes_file)))
+            self.times_ns = rising([each.note.received_ns for each in self._entries if each.note is not None])
+        elif notes_file.is_file():
             notes = list(read_notes(notes_file))
             self._entries = [_Entry(self._inside(note.file), note=note) for note in notes]
             self.times_ns = rising([note.received_ns for note in notes])
@@ -72,6 +76,11 @@ class FolderRecording(Recording):
             raise UsageError(
                 f"{path} holds no images; a recording has {NOTES_NAME} or {', '.join(IMAGE_SUFFIXES)}"
             )
+
+    def _noted_pages(self, notes: list[FrameNote]) -> list[_Entry]:
+        """Return the pages of a stack that was recorded; after a crash there may be more or fewer notes."""
+        pages = tiff_pages.pages_of(self.path)
+        return [_Entry(self.path, page, note) for page, note in zip(pages, notes, strict=False)]
 
     def _listed(self) -> list[_Entry]:
         """Return the images by their names, in natural order, without the hidden files of other systems."""

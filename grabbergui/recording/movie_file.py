@@ -25,6 +25,7 @@ from grabbergui.recording import (
     FrameNote,
     Recording,
     RecordingError,
+    notes_beside,
     read_notes,
     rebuilt,
     rising,
@@ -40,11 +41,6 @@ NEAR = 8
 _MISSING = "it is missing from the file"
 _FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
 "Containers that are opened. Playlists are excluded, as they name other files and hosts."
-
-
-def notes_beside(path: Path) -> Path:
-    """Return the file with the notes of a movie: `movie.frames.jsonl` beside `movie.mp4`."""
-    return path.with_name(path.stem + ".frames.jsonl")
 
 
 class MovieRecording(Recording):

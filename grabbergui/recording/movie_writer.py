@@ -34,8 +34,9 @@ from grabbergui.recording import (
     RecordingError,
     RecordingKind,
     Rising,
+    notes_beside,
 )
-from grabbergui.recording.movie_file import TIME_BASE, bytes_of, notes_beside, plane_of
+from grabbergui.recording.movie_file import TIME_BASE, bytes_of, plane_of
 from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
 
 NOMINAL_RATE = 25.0

@@ -298,6 +298,10 @@ def create_writer(
             from grabbergui.recording.folder import FolderWriter
 
             return FolderWriter(path, tiff=kind is RecordingKind.TIFF)
+        if kind in (RecordingKind.STACK, RecordingKind.NUMPY):
+            from grabbergui.recording.stack_writer import NpyWriter, TiffWriter
+
+            return TiffWriter(path) if kind is RecordingKind.STACK else NpyWriter(path)
         from grabbergui.recording.movie_writer import MovieWriter
 
         return MovieWriter(path, kind, rate)

@@ -19,6 +19,8 @@ NAMES = {
     RecordingKind.TIFF: "images",
     **dict.fromkeys(MOVIE_KINDS, "movie.mp4"),
     RecordingKind.MCAP: "messages.mcap",
+    RecordingKind.STACK: "stack.tiff",
+    RecordingKind.NUMPY: "array.npy",
 }
 
 

@@ -32,7 +32,7 @@ from patience import PATIENCE, until
 
 av = pytest.importorskip("av", reason="needs the package av")
 
-from grabbergui.recording.movie_file import notes_beside  # noqa: E402
+from grabbergui.recording import notes_beside  # noqa: E402
 from grabbergui.recording.movie_writer import FRAGMENT, MovieFile  # noqa: E402
 
 INFO = DeviceInfo("sim:", model="M")

@@ -52,6 +52,19 @@ EXACT = [
         "YUV422_8",
     )
 ] + [
+    *(
+        (kind, name)
+        for kind in (RecordingKind.STACK, RecordingKind.NUMPY)
+        for name in ("Mono8", "Mono12p", "RGB8")
+    ),
+    *(
+        (kind, name)
+        for kind in (RecordingKind.STACK, RecordingKind.NUMPY)
+        for name in ("BayerRG8", "Data16s")
+    ),
+    (RecordingKind.STACK, "RGBa8"),
+    (RecordingKind.NUMPY, "YUV422_8"),
+    (RecordingKind.NUMPY, "Coord3D_ABC16"),
     (RecordingKind.LOSSLESS, "Mono8"),
     (RecordingKind.LOSSLESS, "RGB8"),
     (RecordingKind.FFV1, "Mono8"),
@@ -194,6 +207,9 @@ def test_the_suffix_chooses_the_kind():
         ("a.mp4", {"codec": "h264", "lossless": True}, RecordingKind.LOSSLESS),
         ("a.mp4", {"codec": "ffv1", "lossless": True}, RecordingKind.FFV1),
         ("a", {"tiff": True}, RecordingKind.TIFF),
+        ("a.tiff", {"tiff": True}, RecordingKind.STACK),
+        ("a.TIF", {}, RecordingKind.STACK),
+        ("a.npy", {}, RecordingKind.NUMPY),
     ],
 )
 def test_options_choose_among_movies_and_folders(name, options, kind):

@@ -34,6 +34,8 @@ _OFFERED = (
     RecordingKind.AV1,
     RecordingKind.PNG,
     RecordingKind.TIFF,
+    RecordingKind.STACK,
+    RecordingKind.NUMPY,
 )
 """In the order of the form's `kindBox`; the first is the default."""
 
@@ -170,6 +172,8 @@ class RecordingBar(QWidget):
             RecordingKind.AV1: self.tr("Movie, smallest (AV1)"),
             RecordingKind.PNG: self.tr("Images (PNG)"),
             RecordingKind.TIFF: self.tr("Images (TIFF, fast)"),
+            RecordingKind.STACK: self.tr("One TIFF with pages"),
+            RecordingKind.NUMPY: self.tr("NumPy array (.npy)"),
         }[kind]
 
     def _arrange(self) -> None:
