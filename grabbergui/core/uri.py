@@ -67,6 +67,8 @@ def _with_kind(text: str) -> str:
         kinds = ["gige"]
     elif text.startswith("/dev/video"):
         kinds = ["v4l2"]
+    elif text.lower().endswith(".zip"):
+        kinds = ["twin"]
     elif text.startswith(("~", "./", "../")) or PurePath(text).suffix[1:2].isalpha():
         kinds = ["file"]
     elif text.startswith("/"):

@@ -12,7 +12,13 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import features as features_command
-from grabbergui.core.errors import DeviceStatusError, GrabberError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import (
+    AckTimeoutError,
+    DeviceStatusError,
+    GrabberError,
+    SourceUnavailableError,
+    UsageError,
+)
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.camera import Camera
@@ -21,6 +27,7 @@ from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.device import device_of
+from grabbergui.driver.twin.recorded_device import MOST_SILENCES
 from grabbergui.driver.twin.report_file import CameraReport
 from patience import PATIENCE
 
@@ -85,6 +92,9 @@ def test_of_a_camera_on_the_usb(report_of: ReportOf) -> None:
     try:
         report = report_of(Camera(U3vDevice(backend=bus)))
         assert not report.problems and len(report.stream.frames) == 5
+        known = {each.name: each for each in report.bootstrap}
+        assert known["ABRM.SERIAL_NUMBER"].data == b"SIM001".ljust(64, b"\0")
+        assert known["SIRM.REQUIRED_PAYLOAD_SIZE"].length == 8 and not any(x.failure for x in known.values())
         assert rows(twin(report)) == rows(Camera(U3vDevice(backend=bus)))
     finally:
         camera.stop()
@@ -219,6 +229,29 @@ def test_selectors_and_commands_are_left_alone(report_of: ReportOf, monkeypatch:
     names = [next(each.name for each in reg.ALL if each.address == address) for address in writes]
     assert names == ["TLParamsLocked", "AcquisitionStart", "AcquisitionStop", "TLParamsLocked"]
     assert [each.address for each in report.stream.accesses if each.written] == writes
+
+
+def test_a_camera_that_falls_silent_is_not_asked_for_hours(report_of: ReportOf) -> None:
+    camera = refusing()
+    device = camera.device
+
+    def silent(address: int, length: int) -> bytes:
+        device.seen.append((address, length))  # type: ignore[attr-defined]
+        raise AckTimeoutError("no answer within 1 s")
+
+    reads = 0
+
+    def read(address: int, length: int) -> bytes:
+        nonlocal reads
+        reads += 1
+        return original(address, length) if reads < 60 else silent(address, length)
+
+    original = device.read
+    device.read = read  # type: ignore[method-assign]
+    report = report_of(camera)
+    assert reads < 60 + 2 * MOST_SILENCES
+    assert any("did not answer" in problem for problem in report.problems)
+    assert len(report.registers) > 40
 
 
 @pytest.mark.parametrize("broken", ["description", "registers", "all"])

@@ -41,7 +41,13 @@ from grabbergui.driver.aravis.library import (
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
 from grabbergui.driver.genapi.vetting import port_name
-from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, GVCP_PORT, Control, Register
+from grabbergui.driver.gige.bootstrap import (
+    BIG_ENDIAN_MODE,
+    GVCP_PORT,
+    Control,
+    Register,
+    known_registers,
+)
 from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
@@ -241,6 +247,10 @@ class AravisDevice(Device):
             else:
                 library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
             failure.check()
+
+    @override
+    def bootstrap_registers(self) -> list[tuple[str, int, int]]:
+        return known_registers(1) if self.chunk_layout is DataLayout.GIGE_VISION else []
 
     @override
     def use_description(self, xml: str) -> None:

@@ -171,7 +171,17 @@ def load(path: Path) -> CameraReport:
 
 def device_of(report: CameraReport, uri: str, *, answer_times: bool = True) -> TwinDevice:
     """Return the device of a report."""
-    info = replace(report.info, uri=uri, bus=f"Twin of {report.info.bus}", interface="this process", note="")
+    # Not the same camera as the original, which may be open beside it.
+    info = replace(
+        report.info,
+        uri=uri,
+        model=f"{report.info.model} (twin)",
+        bus="Twin",
+        address="",
+        hardware_id="",
+        interface="this process",
+        note="",
+    )
     return TwinDevice(info, report, answer_times=answer_times)
 
 

@@ -8,13 +8,16 @@ from collections.abc import Callable
 
 from typing_extensions import override
 
-from grabbergui.core.errors import DeviceLostError, GrabberError
+from grabbergui.core.errors import AckTimeoutError, DeviceLostError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.twin.memory import access_of, failure_of
 from grabbergui.driver.twin.report_file import MOST_ACCESSES, RegisterAccess
+
+MOST_SILENCES = 4
+"Reads in a row that time out, from which on the camera counts as gone: hundreds of them would take hours."
 
 
 class RecordedDevice(Device):
@@ -39,6 +42,7 @@ class RecordedDevice(Device):
         self.last: tuple[int, int] | None = None
         "Address and length of the last read that was asked for."
         self._following = False
+        self._silences = 0
         self._guard = threading.RLock()
 
     def follow(self) -> None:
@@ -116,9 +120,13 @@ class RecordedDevice(Device):
             except DeviceLostError:
                 raise
             except GrabberError as error:
+                self._silences = self._silences + 1 if isinstance(error, AckTimeoutError) else 0
                 failed = access_of(address, length, _since(begin), error=error)
                 self.reads[address, length] = failed
+                if self._silences >= MOST_SILENCES:
+                    raise DeviceLostError(f"the camera did not answer {self._silences} reads") from error
                 raise
+            self._silences = 0
             known = access_of(address, length, _since(begin), data=data)
             self.reads[address, length] = known
         if known.data is None:

@@ -11,6 +11,7 @@ import logging
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 from grabbergui.core.device_text import text_field
@@ -203,6 +204,18 @@ class Eirm:
     EVENT_ENABLE = 1
     "Bit of CONTROL."
     TEST_EVENT_ID = 0x4FFF
+
+
+def known_registers(sbrm: int, sirm: int, eirm: int) -> list[tuple[str, int, int]]:
+    """Return name, address and length of every register of the maps at these addresses; 0: there is none."""
+    found = []
+    for base, layout in ((0, Abrm), (sbrm, Sbrm), (sirm, Sirm), (eirm, Eirm)):
+        offsets = [(name, offset) for name, offset in vars(layout).items() if isinstance(offset, int)]
+        end = next(index for index, (name, _) in enumerate(offsets) if name == "SIZE")
+        for (name, offset), (_, after) in pairwise(offsets[: end + 1] if base or layout is Abrm else ()):
+            longest = STRING_SIZE if after <= Abrm.DEVICE_CAPABILITY and layout is Abrm else 8
+            found.append((f"{layout.__name__.upper()}.{name}", base + offset, min(after - offset, longest)))
+    return found
 
 
 _TEXTS = {

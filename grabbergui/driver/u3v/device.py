@@ -85,6 +85,7 @@ class U3vDevice(Device):
         self._watcher: Watcher | None = None
         self._queue: TransferQueue | None = None
         self._manifest_address = 0
+        self._sbrm_address = 0
         self._sirm_address = 0
         self._eirm_address = 0
         self._has_clock = False
@@ -145,7 +146,7 @@ class U3vDevice(Device):
         capability = registers.read_u64(Abrm.DEVICE_CAPABILITY)
         self._has_clock = bool(capability & Abrm.CAPABILITY_TIMESTAMP)
         self._manifest_address = registers.read_u64(Abrm.MANIFEST_TABLE_ADDRESS)
-        sbrm = registers.read_u64(Abrm.SBRM_ADDRESS)
+        sbrm = self._sbrm_address = registers.read_u64(Abrm.SBRM_ADDRESS)
         technology = registers.read_u64(sbrm + Sbrm.CAPABILITY)
         registers.set_longest_transfers(
             registers.read_u32(sbrm + Sbrm.MAXIMUM_COMMAND_TRANSFER),
@@ -205,6 +206,10 @@ class U3vDevice(Device):
     def description(self) -> bytes:
         with self._detecting_loss() as registers:
             return read_description(registers.read, self._manifest_address)
+
+    @override
+    def bootstrap_registers(self) -> list[tuple[str, int, int]]:
+        return bootstrap.known_registers(self._sbrm_address, self._sirm_address, self._eirm_address)
 
     @contextlib.contextmanager
     def _detecting_loss(self) -> Iterator[RegisterAccess]:

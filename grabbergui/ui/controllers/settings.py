@@ -81,9 +81,11 @@ class SettingsFilesController(QObject):
         return super().eventFilter(watched, event)
 
     def open_file(self, path: Path) -> None:
-        """Play a file with the suffix of a recording; load any other as settings."""
+        """Play a recording, open a camera's report as its twin; load any other file as settings."""
         if path.is_dir() or path.suffix.lower() in (".mcap", *VIDEO_SUFFIXES):
             self.playRequested.emit(str(SourceUri("file", str(path))))
+        elif path.suffix.lower() == ".zip":
+            self.playRequested.emit(str(SourceUri("twin", str(path))))
         else:
             self.load(path)
 
