@@ -209,6 +209,19 @@ class GigeUriOptions(DescriptionOption):
         "each sensor. With `all` the frames of every channel arrive, and `Frame.stream_channel` names it",
     )
     plain: bool = _option(False, "0|1", "use one system call per packet, for comparison", _switch)
+    pixels: str = _option(
+        "auto",
+        "auto|little|big",
+        "byte order of pixels with more than 8 bits. `auto` follows the camera's register and its feature "
+        "`DeviceStreamChannelEndianness`, and a table of cameras that announce the wrong one",
+        _one_of("auto", "little", "big"),
+    )
+    payload_size: int = _option(
+        0,
+        "BYTES",
+        "size of the largest frame, for a camera whose `PayloadSize` is too small; 0 is the camera's own",
+        _number(0, 1 << 30, int),
+    )
     registers: str = _option(
         "auto",
         "auto|memory|numbers",

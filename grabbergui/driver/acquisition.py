@@ -82,7 +82,12 @@ class Acquisition:
     def start(self) -> None:
         """Open the stream and, in control, start the acquisition. Raises GrabberError and stops again."""
         nodes = self._attached()
-        request = StreamRequest(payload_size(nodes), self._deliver_incomplete)
+        order = _value_of(nodes, PIXEL_ORDER)
+        request = StreamRequest(
+            payload_size(nodes),
+            None if order is None else str(order).lower().startswith("big"),
+            self._deliver_incomplete,
+        )
         self._fanout.clear()
         self._chunks = self._reader_of_chunks(nodes)
         self._formats = CameraFormats(nodes, self._device.info.vendor)
@@ -177,6 +182,10 @@ class Acquisition:
         if frame.payload_type is PayloadType.CHUNK and self._device.chunk_layout is not None:
             take_image(frame, self._device.chunk_layout, self._geometry)
         self._fanout.put(frame)
+
+
+PIXEL_ORDER = "DeviceStreamChannelEndianness"
+"""SFNC's feature for the byte order of pixels: `Little` or `Big`."""
 
 
 def run_free(grabber: FrameGrabber, kept: Container[str] = ()) -> None:

@@ -39,7 +39,7 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvcp_messages import Identity, identity_of
 from grabbergui.driver.gige.heartbeat import Pulse
 from grabbergui.driver.gige.message_channel import MessageChannel
-from grabbergui.driver.gige.quirks import DescriptionTraits
+from grabbergui.driver.gige.quirks import DescriptionTraits, Quirk, known
 from grabbergui.driver.gige.stream.channel import (
     ALL_CHANNELS,
     GigeOptions,
@@ -314,6 +314,10 @@ class GigeDevice(Device):
         """Open the chosen stream channels; `deliver` is called on their threads, one call at a time."""
         self._opened()
         assert self._stream is not None
+        if known(Quirk.BIG_ENDIAN_PIXELS, self.info.vendor, self.info.model):
+            request = replace(request, big_endian_pixels=True)
+        if self.options.payload_size:
+            request = replace(request, payload_size=self.options.payload_size)
         self._stream.open(request, deliver, self._tick_frequency)
         self._receiving = self._stream
 
@@ -388,6 +392,8 @@ def create(uri: SourceUri) -> FrameGrabber:
         packet_delay=PacketDelayPolicy.parse(chosen.packet_delay, chosen.bandwidth),
         stream_channel=_channel(uri, chosen.stream_channel),
         multicast=_checked_group(uri, chosen.multicast),
+        pixels=chosen.pixels,
+        payload_size=chosen.payload_size,
         registers=chosen.registers,
         batched=not chosen.plain,
     )

@@ -1,7 +1,7 @@
 """What some GigE Vision cameras do differently than the standard says: one table, each row with its evidence.
 
-Vendor and model are those of the description (`VendorName` and `ModelName` of its RegisterDescription), as
-patterns of `fnmatch`. A source option overrides each row, see `GigeUriOptions`.
+Vendor and model are those of the description (`VendorName` and `ModelName` of RegisterDescription), or those
+in the camera's registers, as patterns of `fnmatch`. Options override the rows, see `GigeUriOptions`.
 
 **Byte order of registers.** READREG and WRITEREG carry numbers, most significant byte first; READMEM and
 WRITEMEM carry the memory of the camera as it is, which is little-endian if bit 31 of DeviceMode is clear
@@ -38,10 +38,12 @@ class KnownCamera:
 
 _N, _P = Quirk.NUMBERS, Quirk.BIG_ENDIAN_PIXELS
 KNOWN_CAMERAS = (
+    KnownCamera(_P, "Point Grey Research", "Blackfly BFLY-PGE-*", "Aravis, issue 921: 31S4M, 14S2C"),
+    KnownCamera(_P, "FLIR*", "A320G", "Aravis, issue 1029: A305sc"),
     KnownCamera(_N, "AT_Automation_Technology_GmbH", "C6_X_GigE", "Aravis, commit 91864addb"),
     KnownCamera(_N, "DO3THINK", "MGV518", "Aravis, pull request 1023"),
     KnownCamera(_N, "EVK", "HELIOS", "Aravis, pull request 817"),
-    KnownCamera(_N, "FLIR", "XscSeries", "Aravis, commit c69132656"),
+    KnownCamera(_N, "FLIR", "XscSeries", "Aravis, issue 444: A6751; commit c69132656"),
     KnownCamera(_N, "IDS_Imaging_Development_Systems_GmbH", "GV_524xCP_NIR", "Aravis, commit 453a8a9a8"),
     KnownCamera(_N, "IDS_Imaging_Development_Systems_GmbH", "GV_53FxLE_M", "Aravis, pull request 1070"),
     KnownCamera(_N, "IDS_Imaging_Development_Systems_GmbH", "GV_58CxLE_M", "Aravis, pull request 1066"),
@@ -57,6 +59,14 @@ KNOWN_CAMERAS = (
     KnownCamera(_N, "TeledyneDALSA", "ICE", "Aravis, issue 490"),
     KnownCamera(_N, "Xenics", "Wildcat", "Aravis, commit aa942d813"),
 )
+
+
+def known(quirk: Quirk, vendor: str, model: str) -> bool:
+    """Return whether the table lists a camera with a quirk."""
+    return any(
+        row.quirk is quirk and fnmatchcase(vendor, row.vendor) and fnmatchcase(model, row.model)
+        for row in KNOWN_CAMERAS
+    )
 
 
 @dataclass(frozen=True)
@@ -88,10 +98,7 @@ class DescriptionTraits:
 
     def has(self, quirk: Quirk) -> bool:
         """Return whether the table lists the camera with this quirk."""
-        return any(
-            row.quirk is quirk and fnmatchcase(self.vendor, row.vendor) and fnmatchcase(self.model, row.model)
-            for row in KNOWN_CAMERAS
-        )
+        return known(quirk, self.vendor, self.model)
 
     def contradict(self, *, little_endian: bool) -> bool:
         """Return whether a description that should declare the camera's byte order declares another.

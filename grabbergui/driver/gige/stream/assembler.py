@@ -64,6 +64,8 @@ class BlockAssembler:
         self._history = BlockHistory()
         self._resender = Resender(self.policy, channel)
         self._previous_leader: Leader | None = None
+        self._previous_id = -1
+        "Of the block that the leader belongs to."
         self._previous_packets = 0
         "Payload packets of the last image."
         self._finished: deque[Block] = deque()
@@ -89,7 +91,16 @@ class BlockAssembler:
             self._layout.warn_once("a malformed stream packet", str(error))
 
     def _receive(self, header: PacketHeader, body: memoryview, now: float) -> None:
-        block = self._block_of(header, now)
+        if header.format == PacketFormat.LEADER and self._repeats_id(header, body):
+            self._layout.warn_once(
+                f"the camera gives its frames one id ({header.block_id})",
+                "they are told apart by their timestamps, and lost packets cannot be told from late ones",
+            )
+            self.flush()
+            self._history.clear()
+            block: Block | None = self._begin(header, now)
+        else:
+            block = self._block_of(header, now)
         if block is None:
             return
         self.statistics.packets += 1
@@ -277,6 +288,18 @@ class BlockAssembler:
             self._history.clear()
         return self._begin(header, now)
 
+    def _repeats_id(self, header: PacketHeader, body: memoryview) -> bool:
+        """Return whether a leader has the id of the block before it, and another timestamp."""
+        block = self._open_block(header.block_id)
+        before = block.leader if block is not None else self._previous_leader
+        if before is None or (block is None and header.block_id != self._previous_id):
+            return False
+        try:
+            timestamp = Leader.decode(body).timestamp
+        except RemoteProtocolError:
+            return False
+        return bool(timestamp) and timestamp != before.timestamp
+
     def _begin(self, header: PacketHeader, now: float) -> Block:
         buffer = self._take_buffer()
         if buffer is None:
@@ -319,7 +342,7 @@ class BlockAssembler:
                 leader = replace(self._previous_leader, timestamp=0)  # that of the block is lost
         if leader is None or block.refused or not leader.is_known:
             return
-        self._previous_leader = leader
+        self._previous_leader, self._previous_id = leader, block.block_id
         self._previous_packets = block.payload_packets() or self._previous_packets
         block.extract_payload(leader)
         self._finished.append(block)

@@ -229,12 +229,14 @@ class Block(PacketAccount):
                 " a plain PixelFormat",
             )
         elif max(leader.image_bytes, leader.payload_bytes or 0) > self.layout.payload_size:
+            needed = max(leader.image_bytes, leader.payload_bytes or 0)
             size = f"{leader.width}x{leader.height}, pixel format 0x{leader.pixel_format:08X}"
             self._refuse(
                 "the camera sends a frame that does not fit",
                 f"payload type 0x{leader.payload_type:04X}, {size if leader.is_image else leader.kind_name},"
                 f" {leader.payload_bytes or leader.image_bytes} bytes; PayloadSize is"
-                f" {self.layout.payload_size} bytes: stop the stream and start it again",
+                f" {self.layout.payload_size} bytes: stop the stream and start it again; if that does not"
+                f" help, the camera reports it wrongly: open it with payload_size={needed}",
             )
 
     def _refuse(self, fault: str, details: str) -> None:

@@ -81,6 +81,10 @@ class GigeOptions:
     "Index of the stream channel to receive, or `ALL_CHANNELS`."
     batched: bool = True
     "Receive many datagrams in one system call, if the system supports it."
+    pixels: str = "auto"
+    "Byte order of pixels with more than 8 bits: `auto`, `little` or `big`."
+    payload_size: int = 0
+    "Bytes of the largest frame; 0 for the camera's PayloadSize."
     registers: str = "auto"
     "How registers of four bytes are accessed: `auto`, `memory` or `numbers`; see `quirks`."
     search_timeout: float = 1.0
@@ -141,7 +145,7 @@ class Stream:
             )
             builder = FrameBuilder(
                 tick_frequency,
-                big_endian=self._big_endian,
+                big_endian=self._has_big_endian_pixels(request),
                 channel=self._channel.index,
             )
             source = self._open_source(receiver, request.payload_size)
@@ -198,6 +202,14 @@ class Stream:
             receiver.close()
             raise
         return receiver
+
+    def _has_big_endian_pixels(self, request: StreamRequest) -> bool:
+        """Return the byte order of pixels: the user's choice, or what the camera announces in any way."""
+        if self._options.pixels != "auto":
+            return self._options.pixels == "big"
+        if request.big_endian_pixels and not self._big_endian:
+            log.info("pixels are taken as big-endian, although the camera's register SCPS does not say so")
+        return self._big_endian or bool(request.big_endian_pixels)
 
     @cached_property
     def _version(self) -> int:
