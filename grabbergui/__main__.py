@@ -5,6 +5,7 @@ import gc
 import os
 import signal
 import sys
+import threading
 
 
 def main() -> int:
@@ -28,6 +29,12 @@ def main() -> int:
         from grabbergui.setup.completion import main as complete
 
         return complete(sys.argv[2:])
+    from grabbergui.core.visible_text import print_traceback
+
+    sys.excepthook = print_traceback
+    threading.excepthook = lambda uncaught: print_traceback(
+        uncaught.exc_type, uncaught.exc_value, uncaught.exc_traceback
+    )
     from grabbergui.cli import main as run
 
     return run()

@@ -10,6 +10,7 @@ The result is saved in a file of the robot: plain YAML, with poses as in ROS's s
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -288,7 +289,7 @@ def static_transform_command(result: HandEyeResult, placement: Placement) -> str
     axes = " ".join(f"--q{axis} {value:.6f}" for axis, value in zip("xyzw", turn, strict=True))
     return (
         f"ros2 run tf2_ros static_transform_publisher --x {x:.6f} --y {y:.6f} --z {z:.6f} {axes} "
-        f"--frame-id {placement.mount} --child-frame-id {placement.frame}"
+        f"--frame-id {shlex.quote(placement.mount)} --child-frame-id {shlex.quote(placement.frame)}"
     )
 
 

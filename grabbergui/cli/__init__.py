@@ -29,8 +29,8 @@ from grabbergui.cli.process import (
     spell_out,
 )
 from grabbergui.core.errors import GrabberError, UsageError
-from grabbergui.core.json_text import to_json
 from grabbergui.core.uri import is_ip_address
+from grabbergui.core.visible_text import print_json, print_line
 
 # -- running a command ---------------------------------------------------------------------------
 EXIT_FAILURE = 1
@@ -112,14 +112,14 @@ def _report(error: GrabberError | OSError, *, as_json: bool) -> int:
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename is not None else ""
         message = f"{place}{error.strerror or error}"
-    print(f"grabbergui: {message}", file=sys.stderr)
+    print_line(f"grabbergui: {message}", error=True)
     if as_json:
         result: dict[str, Any] = {}
         cause: BaseException = error
         if isinstance(error, PartialResultError):
             result, cause = error.result, error.__cause__ or GrabberError()
         with contextlib.suppress(OSError):
-            print(to_json({**result, "error": {"type": type(cause).__name__, "message": message}}))
+            print_json({**result, "error": {"type": type(cause).__name__, "message": message}})
     _give_up_output()
     # A named file is missing, as with MissingFileError elsewhere.
     return EXIT_USAGE if isinstance(error, UsageError | FileNotFoundError) else EXIT_FAILURE

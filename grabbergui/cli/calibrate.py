@@ -17,6 +17,7 @@ from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import CalibrationError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
     from grabbergui.calibration.boards import BoardSettings
@@ -103,7 +104,7 @@ def _calibrate(options: argparse.Namespace) -> int:
             sheet = boards.save(board, options.sheet)
         except OSError as fault:
             raise GrabberError(f"{options.sheet} could not be written: {fault.strerror or fault}") from fault
-        print(f"saved as {options.sheet}; print it on {sheet.paper} at 100 %, and measure the rule")
+        print_line(f"saved as {options.sheet}; print it on {sheet.paper} at 100 %, and measure the rule")
         return 0
     if not options.source:
         raise UsageError("calibrate which camera? Name a SOURCE, or --print FILE to print the board only")
@@ -114,13 +115,13 @@ def _calibrate(options: argparse.Namespace) -> int:
     camera = _collect(collector, options)
     result = collector.solve(options.name)
     for number, error in enumerate(result.errors, 1):
-        print(f"view {number:3}: {'left out' if math.isnan(error) else f'{error:.3f} px'}")
+        print_line(f"view {number:3}: {'left out' if math.isnan(error) else f'{error:.3f} px'}")
     matrix, spread = result.calibration.matrix, result.uncertainty
-    print(f"focal lengths {matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px")
-    print(f"centre {matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px")
-    print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage.part:.0f} %")
+    print_line(f"focal lengths {matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px")
+    print_line(f"centre {matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px")
+    print_line(f"error {result.rms:.3f} px, coverage {100 * collector.coverage.part:.0f} %")
     camera_info.save(result.calibration.made_with(camera), options.out)
-    print(f"saved as {options.out}")
+    print_line(f"saved as {options.out}")
     return 0
 
 
@@ -142,7 +143,7 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
         grabber.start()
         saved = standalone.calibrate(grabber, settings(options), options.screenshot, seconds, theme, stop)
     if saved is not None:
-        print(f"saved as {saved}")
+        print_line(f"saved as {saved}")
     elif seconds is None and not stop.is_set():
         raise CalibrationError("the window was closed, and no calibration saved")
     return 0
@@ -162,7 +163,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
     with opened(options.source) as grabber:
         queue = grabber.open_queue(1)
         grabber.start()
-        print(
+        print_line(
             f"show the {options.board} board ({options.columns}×{options.rows} squares of "
             f"{options.square:g} m) to {grabber.info.title} and hold it still; "
             f"different views wanted: {collector.wanted}, within {options.seconds:g} s",
@@ -181,7 +182,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                 if verdict is Verdict.KEPT:
                     hint = collector.coverage.missing()
                     said = now
-                    print(
+                    print_line(
                         f"view {len(collector.views)} of {collector.wanted}, "
                         f"coverage {100 * collector.coverage.part:.0f} %"
                         f"{f'; next, hold it {hint}' if hint else ''}",
@@ -189,7 +190,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                     )
                 elif now - said > REMIND:
                     said = now
-                    print(f"{waiting[verdict]}; {max(0, deadline - now):.0f} s are left", flush=True)
+                    print_line(f"{waiting[verdict]}; {max(0, deadline - now):.0f} s are left", flush=True)
         except FrameTimeoutError:
             if time.monotonic() < deadline:
                 raise
@@ -271,7 +272,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
         placement = servo_robots.placement(options)
         _print_hand_eye(result, placement)  # first: saving may fail, on a full disk for instance
         hand_eye.save(result, options.out, placement)
-        print(f"saved as {options.out}", flush=True)
+        print_line(f"saved as {options.out}", flush=True)
         if options.publish_ros2:
             _publish(result, placement, stop)
     return 0
@@ -313,7 +314,7 @@ class _Report:
         from grabbergui.servo.hand_eye_run import Step
 
         if progress.step is not Step.MOVING:
-            print(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
+            print_line(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
 
 
 def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
@@ -322,14 +323,14 @@ def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
     used = sum(not math.isnan(error) for error in result.errors)
     metres, radians = result.uncertainty
     x, y, z = 1e3 * result.camera[:3, 3]
-    print(f"{used} of {len(result.errors)} views used, error {result.rms:.3f} px")
-    print(f"camera on {placement.mount}: {x:.1f} {y:.1f} {z:.1f} mm")
-    print(f"known to {1e3 * metres:.2f} mm and {math.degrees(radians):.3f}° (standard deviations)")
+    print_line(f"{used} of {len(result.errors)} views used, error {result.rms:.3f} px")
+    print_line(f"camera on {placement.mount}: {x:.1f} {y:.1f} {z:.1f} mm")
+    print_line(f"known to {1e3 * metres:.2f} mm and {math.degrees(radians):.3f}° (standard deviations)")
     for name, offsets in (("camera", result.camera_offsets), ("target", result.target_offsets)):
         if offsets.any():
             degrees = " ".join(f"{math.degrees(offset):+.2f}" for offset in offsets)
-            print(f"offsets of the joints that carry the {name}: {degrees}°")
-    print(hand_eye.static_transform_command(result, placement), flush=True)
+            print_line(f"offsets of the joints that carry the {name}: {degrees}°")
+    print_line(hand_eye.static_transform_command(result, placement), flush=True)
 
 
 def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:
@@ -338,7 +339,7 @@ def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event)
     frame = StaticFrame(placement.mount, placement.frame, placement.on_mount(result.camera))
     frame.open()
     try:
-        print("on /tf_static until Ctrl-C", flush=True)
+        print_line("on /tf_static until Ctrl-C", flush=True)
         stop.wait()
     finally:
         frame.close()

@@ -14,8 +14,8 @@ from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.json_text import to_json
 from grabbergui.core.settings import SettingKey
+from grabbergui.core.visible_text import print_json, print_line, print_lines
 from grabbergui.models.features.numbers import typed_value
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
@@ -90,10 +90,10 @@ def _features(options: argparse.Namespace) -> int:
     with opened(options.source, reading=True) as grabber:
         if options.json:
             read += grabber.features()
-            print(to_json([_as_dict(feature) for feature in read], indent=2))
+            print_json([_as_dict(feature) for feature in read], indent=2)
         else:
             for line in _tree_lines(grabber, grabber.feature_tree(), 0, read):
-                print(line)
+                print_line(line)
         remember_values(options.source, read)
     return 0
 
@@ -110,9 +110,9 @@ def _get(options: argparse.Namespace) -> int:
                 raise FeatureAccessError(f"{name} {why or feature.access_problem()}", name)
             values[name] = feature.value
             if not options.json:
-                print(report(feature, _with_selectors(grabber, key)))
+                print_line(report(feature, _with_selectors(grabber, key)))
     if options.json:
-        print(to_json(values, indent=2))
+        print_json(values, indent=2)
     return 0
 
 
@@ -125,9 +125,9 @@ def _set(options: argparse.Namespace) -> int:
             remember_values(options.source, [feature])
             values[str(key)] = feature.value
             if not options.json:
-                print(report(feature, _with_selectors(grabber, key)))
+                print_line(report(feature, _with_selectors(grabber, key)))
     if options.json:
-        print(to_json(values, indent=2))
+        print_json(values, indent=2)
     return 0
 
 
@@ -244,11 +244,11 @@ def _save(options: argparse.Namespace) -> int:
     files.save(features, options.file)
     if options.json:
         saved = {"file": str(options.file), "saved": len(features), "left_out": list(features.left_out)}
-        print(to_json(saved, indent=2))
+        print_json(saved, indent=2)
         return 0
     for text in features.left_out:
-        print(f"left out {text}")
-    print(f"saved {counted(len(features), 'setting')} to {options.file}")
+        print_line(f"left out {text}")
+    print_line(f"saved {counted(len(features), 'setting')} to {options.file}")
     return 0
 
 
@@ -268,7 +268,7 @@ def _load(options: argparse.Namespace) -> int:
             )
         raise PartialResultError(problem, result)
     if options.json:
-        print(to_json(result, indent=2))
+        print_json(result, indent=2)
     return 0
 
 
@@ -280,12 +280,12 @@ def _apply(
         report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
         rolled_back = None
         if not options.json:
-            print("\n".join(report.lines()))
+            print_lines(report.lines())
         if options.all_or_nothing and not report.settled and not options.dry_run:
             after = roll_back(grabber, report)
             rolled_back = "; ".join(part for part in (after.problem, after.summary()) if part)
             if not options.json:
-                print(f"rolled back: {rolled_back}")
+                print_line(f"rolled back: {rolled_back}")
     return report, rolled_back
 
 
@@ -308,10 +308,10 @@ def _diff(options: argparse.Namespace) -> int:
     differences = compare(first, second)
     if options.json:
         rows = [{"name": str(each.key), "first": each.first, "second": each.second} for each in differences]
-        print(to_json(rows, indent=2))
+        print_json(rows, indent=2)
     else:
         for line in (*first.lost_lines, *second.lost_lines, *map(str, differences)):
-            print(line)
+            print_line(line)
     return EXIT_DIFFERENT if differences else 0
 
 

@@ -22,6 +22,7 @@ from grabbergui.core.file_access import (
     write_file,
 )
 from grabbergui.core.json_text import to_json
+from grabbergui.core.visible_text import print_json, print_line
 
 _ARGUMENTS = {"list": (0, 0), "get": (1, 2), "put": (2, 2), "delete": (1, 1)}
 "Least and most arguments of each action."
@@ -74,11 +75,11 @@ def _list(options: argparse.Namespace) -> None:
     with opened(options.source) as grabber:
         files = list_files(grabber)
     if options.json:
-        print(to_json([file.as_dict() for file in files], indent=2))
+        print_json([file.as_dict() for file in files], indent=2)
         return
     width = max((len(file.name) for file in files), default=0)
     for file in files:
-        print(_line(file, width))
+        print_line(_line(file, width))
 
 
 def _line(file: CameraFile, width: int) -> str:
@@ -128,13 +129,13 @@ def _delete(options: argparse.Namespace) -> None:
     with opened(options.source) as grabber:
         delete_file(grabber, options.name)
     if options.json:
-        print(to_json({"file": options.name, "deleted": True}))
+        print_json({"file": options.name, "deleted": True})
     else:
-        print(f"{options.name}: deleted")
+        print_line(f"{options.name}: deleted")
 
 
 def _report(options: argparse.Namespace, result: dict[str, Any], outcome: str) -> None:
-    print(to_json(result) if options.json else f"{options.name}: {result['size']} bytes {outcome}")
+    print_line(to_json(result) if options.json else f"{options.name}: {result['size']} bytes {outcome}")
 
 
 @contextmanager

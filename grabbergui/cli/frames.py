@@ -43,6 +43,7 @@ from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
+from grabbergui.core.visible_text import print_json, print_line
 from grabbergui.recording import CODECS, RecordingKind, kind_of, snapshot
 from grabbergui.recording.recorder import RecordingLimits, create_recorder, create_writer
 from grabbergui.recording.writer import RecordingWriter
@@ -183,12 +184,12 @@ def _grab(options: argparse.Namespace) -> int:
         summary = _collect(source, queue, options)
         source.grabber.stop()
     if options.json:
-        print(to_json(summary))
+        print_json(summary)
     else:
-        print(
-            counted(options.frames, "frame"),
-            "of {width}×{height} {pixel_format} in {seconds:.2f} s, {fps:.1f} per second; "
-            "{incomplete} incomplete, {lost} lost".format(**summary),
+        print_line(
+            f"{counted(options.frames, 'frame')} of "
+            "{width}×{height} {pixel_format} in {seconds:.2f} s, {fps:.1f} per second; "
+            "{incomplete} incomplete, {lost} lost".format(**summary)
         )
     return 0
 
@@ -313,17 +314,17 @@ def _record(options: argparse.Namespace) -> int:
     }
     if options.json:
         if not reason:
-            print(to_json(summary))
+            print_json(summary)
     elif progress.frames:
         megabytes = progress.size / 1e6
-        print(
+        print_line(
             f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "
             f"{megabytes:.1f} MB; {progress.dropped} dropped"
         )
         if progress.left_out:
-            print(f"only the first of {progress.left_out + 1} images in each frame; .mcap keeps all")
+            print_line(f"only the first of {progress.left_out + 1} images in each frame; .mcap keeps all")
     elif not reason:
-        print("nothing was recorded")
+        print_line("nothing was recorded")
     if reason:
         raise PartialResultError(reason, summary) from failure or progress.error
     return 0
@@ -362,7 +363,7 @@ def _events(options: argparse.Namespace) -> int:
         known = _known_events(grabber)
         if not options.names:
             for name in known:
-                print(name)
+                print_line(name)
             return 0
         for name in options.names:
             if name not in known:
@@ -380,7 +381,7 @@ def _events(options: argparse.Namespace) -> int:
                     event = waiting.get(timeout=_POLL)
                 except Empty:
                     continue
-                print(_event_line(event, as_json=options.json), flush=True)
+                print_line(_event_line(event, as_json=options.json), flush=True)
                 printed += 1
                 if printed == options.count:
                     break

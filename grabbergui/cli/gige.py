@@ -13,9 +13,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
-from grabbergui.core.json_text import to_json
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
+from grabbergui.core.visible_text import print_json, print_line
 
 PTP_WAIT = 15.0
 """Seconds that clocks may take to find their master."""
@@ -101,7 +101,7 @@ def _force_ip(options: argparse.Namespace) -> int:
     from grabbergui.driver.gige.gvcp_messages import ForceIp
 
     force_ip(ForceIp(options.mac, options.ip, options.mask, options.gateway))
-    print(f"{options.mac} has the address {options.ip} until it restarts; open it as gige:{options.ip}")
+    print_line(f"{options.mac} has the address {options.ip} until it restarts; open it as gige:{options.ip}")
     return 0
 
 
@@ -131,9 +131,9 @@ def _persistent_ip(options: argparse.Namespace) -> int:
             configuration = forget_address(device)
         else:
             configuration = read_configuration(device)
-    print(f"{describe(device.info)}: {configuration}")
+    print_line(f"{describe(device.info)}: {configuration}")
     if writing:
-        print("restart the camera for this to take effect: unplug it, or `grabbergui run … DeviceReset`")
+        print_line("restart the camera for this to take effect: unplug it, or `grabbergui run … DeviceReset`")
     return 0
 
 
@@ -152,19 +152,17 @@ def _trigger_group(options: argparse.Namespace) -> int:
         spreads = [_fire(cameras, queues, options) for _ in range(options.frames)]
     clock, largest = "host" if options.no_ptp else "PTP", max(spreads) / 1000
     if options.json:
-        print(
-            to_json(
-                {
-                    "cameras": len(cameras),
-                    "actions": len(spreads),
-                    "clock": clock,
-                    "spread_us": [spread / 1000 for spread in spreads],
-                    "largest_spread_us": largest,
-                }
-            )
+        print_json(
+            {
+                "cameras": len(cameras),
+                "actions": len(spreads),
+                "clock": clock,
+                "spread_us": [spread / 1000 for spread in spreads],
+                "largest_spread_us": largest,
+            }
         )
     else:
-        print(
+        print_line(
             f"{counted(len(spreads), 'action')} at {counted(len(cameras), 'camera')}; "
             f"their frames' timestamps ({clock} clock) lie at most {largest:.1f} µs apart"
         )

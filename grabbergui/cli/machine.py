@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,8 @@ from grabbergui.cli.process import dies_of_signals, passing_note
 from grabbergui.core import environment
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
-from grabbergui.core.json_text import to_json
 from grabbergui.core.shared_folder import MEMORY
+from grabbergui.core.visible_text import print_json, print_line, visible
 from grabbergui.net.ros2 import shared_memory
 from grabbergui.setup import completion_scripts as completion
 from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, install_udev_rule, remove_udev_rule
@@ -58,13 +57,13 @@ def _list(options: argparse.Namespace) -> int:
     if somebody_types():
         Seen().keep_sources(info.uri for info in found)
     if options.json:
-        print(to_json([info.as_dict() for info in found], indent=2))
+        print_json([info.as_dict() for info in found], indent=2)
         return 0
     rows = [tuple(column.upper() for column in _COLUMNS)]
-    rows += [tuple(getattr(info, column) for column in _COLUMNS) for info in found]
+    rows += [tuple(visible(getattr(info, column)) for column in _COLUMNS) for info in found]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        print("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+        print_line("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
     return 0
 
 
@@ -87,23 +86,25 @@ def _add_doctor(commands: Any) -> None:
 
 def _doctor(options: argparse.Namespace) -> int:
     if options.fix_udev:
-        print(f"wrote {install_udev_rule()}; plug the camera in again")
+        print_line(f"wrote {install_udev_rule()}; plug the camera in again")
         return 0
     if options.clear_shared_memory:
         removed = shared_memory.clear(shared_memory.leftovers(MEMORY))
-        print(f"freed {shared_memory.megabytes(removed)}: {len(removed)} segments and ports without an owner")
+        print_line(
+            f"freed {shared_memory.megabytes(removed)}: {len(removed)} segments and ports without an owner"
+        )
         return 0
     findings = []
     with dies_of_signals():
         for finding in doctor.check():
             findings.append(finding)
             if not options.json:
-                print(f"{finding.level.value:8}{finding.text}", flush=True)
+                print_line(f"{finding.level.value:8}{finding.text}", flush=True)
                 if finding.remedy:
-                    print(f"{'':8}→ {finding.remedy}", flush=True)
+                    print_line(f"{'':8}→ {finding.remedy}", flush=True)
     if options.json:
         rows = [{"level": each.level.value, "text": each.text, "remedy": each.remedy} for each in findings]
-        print(to_json(rows, indent=2))
+        print_json(rows, indent=2)
     return 1 if any(finding.level is doctor.Level.PROBLEM for finding in findings) else 0
 
 
@@ -164,14 +165,14 @@ def _setup(options: argparse.Namespace) -> int:
     }[options.part]
     files, advice = done(options)
     if options.json:
-        print(to_json([str(file) for file in files], indent=2))
+        print_json([str(file) for file in files], indent=2)
         return 0
     for file in files:
-        print(f"{'removed' if options.remove else 'wrote'} {file}")
+        print_line(f"{'removed' if options.remove else 'wrote'} {file}")
     if options.remove and not files:
-        print("nothing to remove")
+        print_line("nothing to remove")
     if advice:
-        print(advice)
+        print_line(advice)
     return 0
 
 
@@ -181,7 +182,7 @@ def _ros2(options: argparse.Namespace) -> tuple[list[Path], str]:
     for folder in options.also:
         if not (folder / "package.xml").is_file():
             raise MissingFileError(f"{folder} has no package.xml, so it is not a ROS 2 package")
-    install_ros2(lambda step: print(step, file=sys.stderr, flush=True), also=options.also)
+    install_ros2(lambda step: print_line(step, error=True, flush=True), also=options.also)
     return [], "ROS 2 is ready: rclpy and grabber_interfaces"
 
 
@@ -230,11 +231,11 @@ def _show_paths(options: argparse.Namespace) -> int:
     if options.name is not None:
         paths = {options.name: paths[options.name]}
     if options.json:
-        print(to_json({name: str(path) for name, path in paths.items()}, indent=2))
+        print_json({name: str(path) for name, path in paths.items()}, indent=2)
     elif options.name is not None:
-        print(paths[options.name])
+        print_line(paths[options.name])
     else:
         width = max(map(len, paths))
         for name, path in paths.items():
-            print(f"{name:{width}}  {path}")
+            print_line(f"{name:{width}}  {path}")
     return 0

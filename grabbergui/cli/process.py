@@ -11,7 +11,6 @@ import codecs
 import io
 import logging
 import os
-import re
 import signal
 import socket
 import sys
@@ -24,6 +23,7 @@ from types import FrameType
 from typing import TextIO
 
 from grabbergui.core.json_text import to_json
+from grabbergui.core.visible_text import print_note, visible
 
 log = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ def passing_note(text: str) -> Iterator[Callable[[str], None]]:
 
     def show(text: str) -> None:
         if watched:
-            print(f"\r\033[K{text}", end="", file=sys.stderr, flush=True)
+            print_note(text)
 
     show(text)
     try:
@@ -83,11 +83,7 @@ class JsonFormatter(logging.Formatter):
         }
         if record.exc_info:
             entry["exception"] = self.formatException(record.exc_info)
-        return to_json(entry, ascii_only=False)
-
-
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
-"""Control characters but tab and newline."""
+        return to_json(entry)
 
 
 class TextFormatter(logging.Formatter):
@@ -100,9 +96,8 @@ class TextFormatter(logging.Formatter):
         super().__init__("%(asctime)s %(levelname)s %(name)s: %(message)s")
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the text with its control characters spelled out."""
-        text = _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", super().format(record))
-        return text.replace("\n", "\n    ")
+        """Return the text with what is not printable spelled out."""
+        return "\n    ".join(map(visible, super().format(record).split("\n")))
 
 
 def set_up_log(level: str, kind: str) -> None:

@@ -10,7 +10,7 @@ from grabbergui.cli.arguments import add_source, count_or_none
 from grabbergui.cli.process import passing_note
 from grabbergui.core.environment import check_folder_of, write_whole
 from grabbergui.core.errors import ExistingFileError
-from grabbergui.core.json_text import to_json
+from grabbergui.core.visible_text import print_json, print_line, print_lines
 
 
 def add_commands(commands: Any) -> None:
@@ -61,13 +61,13 @@ def _report(options: argparse.Namespace) -> int:
     path = options.out or Path(file_name(report))
     _check_new(path)
     if not options.json:
-        print("\n".join((f"{path} will contain", *(f"  {line}" for line in lines))), flush=True)
+        print_lines((f"{path} will contain", *(f"  {line}" for line in lines)), flush=True)
     write_whole(path, report_file.encode(with_readme(report, names_kept=kept)))
     if options.json:
         result = {"file": str(path), "contents": lines, "problems": list(report.problems)}
-        print(to_json(result, indent=2))
+        print_json(result, indent=2)
     else:
-        print(f"wrote {path}")
+        print_line(f"wrote {path}")
     return 0
 
 

@@ -23,6 +23,7 @@ from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoun
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
+from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
     from grabbergui.calibration.camera_info import FittedCalibration
@@ -162,10 +163,10 @@ def _run(arguments: argparse.Namespace) -> int:
             published["ros2"] = lambda: ros2.published
         if options.metrics:
             metrics = stack.enter_context(_metrics(grabber, options, published, allowed))
-            print(f"counters are at {metrics.url}", flush=True)
+            print_line(f"counters are at {metrics.url}", flush=True)
         stack.enter_context(supervised(grabber.statistics))
         code = 0
-        print(f"serving {grabber.info.title} ({uri}); Ctrl-C ends it", flush=True)
+        print_line(f"serving {grabber.info.title} ({uri}); Ctrl-C ends it", flush=True)
         if options.window:
             code = _show_window(grabber, stop)
         elif options.terminal:

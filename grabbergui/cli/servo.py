@@ -23,6 +23,7 @@ from grabbergui.cli.gui import add_theme, importing_window
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
+from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
     from grabbergui.calibration.camera_info import CalibrationFor
@@ -191,7 +192,7 @@ def _follow(
         runner.start(held=HELD if window is not None and scene.real else "")
         began = time.monotonic()
         if options.headless and _at_terminal():
-            print("Enter stops the robot, r resumes, q ends", flush=True)
+            print_line("Enter stops the robot, r resumes, q ends", flush=True)
 
         def over() -> bool:
             timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
@@ -211,12 +212,12 @@ def _follow(
         runner.stop()  # whatever happens, before the robot and its guardian are closed
     if recorder is not None:
         report = recorder.finish(facts)
-        print(f"report in {options.report}: {'reached' if report['reached'] else 'not reached'}")
+        print_line(f"report in {options.report}: {'reached' if report['reached'] else 'not reached'}")
     for name, value in facts.items():
         if value is not None:
-            print(f"{name.replace('_', ' ')}: {value:.4g}")
+            print_line(f"{name.replace('_', ' ')}: {value:.4g}")
     if outcome.failure:
-        print(f"grabbergui: {outcome.failure}", file=sys.stderr)
+        print_line(f"grabbergui: {outcome.failure}", error=True)
     # A window that was watched for as long as its user wanted has done all that it was for.
     wanted = outcome.reached or (window is not None and options.seconds is None)
     return 0 if wanted and not outcome.failure else EXIT_NOT_REACHED
@@ -260,7 +261,7 @@ class _Outcome:
 
     def _print(self, text: str) -> None:
         try:
-            print(text, flush=True)
+            print_line(text, flush=True)
         except BrokenPipeError:
             self.unread = True
         except OSError as error:  # a full disk, for instance, must not end the run
@@ -296,7 +297,7 @@ def _typed(seconds: float, runner: Runner, stop: threading.Event) -> str:
 
 def _resume(runner: Runner, stops: int) -> None:
     if why_not := runner.resume(stops):
-        print(f"still stopped: {why_not}", flush=True)
+        print_line(f"still stopped: {why_not}", flush=True)
 
 
 def _timing(runner: Runner) -> dict[str, float | None]:

@@ -16,6 +16,7 @@ from grabbergui.cli.gui import importing_window
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
+from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
     from grabbergui.calibration.camera_info import CalibrationFor
@@ -298,7 +299,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
     robot = tiago_ros2.TiagoOverRos2(model, topics, listen_only=options.dry_run)
     robot.connect()
     stack.callback(robot.close)
-    print(robot.summary, flush=True)
+    print_line(robot.summary, flush=True)
     guardian = None if options.dry_run else _guardian(robot, config, stack)
     robot.open()
     grabber = stack.enter_context(opened(source))

@@ -20,6 +20,7 @@ from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import SourceUri
+from grabbergui.core.visible_text import print_line
 from grabbergui.servo.robots.fault_list import DEFAULT_AFTER, FAULTS, Fault
 
 if TYPE_CHECKING:
@@ -238,7 +239,9 @@ def _simulate_teo(options: argparse.Namespace) -> int:
             stranger = YarpStranger(robot, names, f"{options.name}{ARM}", Dialect(options.yarp))
             stranger.start()
             stack.callback(stranger.close)
-        print(f"{options.name} is on the name server at {names.server.host}:{names.server.port}", flush=True)
+        print_line(
+            f"{options.name} is on the name server at {names.server.host}:{names.server.port}", flush=True
+        )
         stop.wait()
     return 0
 
@@ -293,7 +296,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
             stranger = Ros2Stranger(robot, Drive(kind, controllers.arm_topic), topics.joint_states)
             stranger.start()
             stack.callback(stranger.close)
-        print(
+        print_line(
             f"TIAGo listens to {topics.head} and {controllers.arm_topic}; its camera is {options.ros2}",
             flush=True,
         )
@@ -462,7 +465,7 @@ def _running(server: NameServer) -> Iterator[Contact]:
     server.open()
     try:
         contact = server.contact
-        print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
+        print_line(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
         _warn_of_another(contact)
         yield contact
     finally:

@@ -9,17 +9,16 @@ import numpy as np
 from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, Placement
 from grabbergui.models.language import driver_text, localized, translate
+from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.servo.hand_eye_run import SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
 from grabbergui.servo.hand_eye_stand import Plan
 
 
-def plan_text(plan: Plan, robot: str, *, nominal: bool = False) -> str:
-    """Return what the robot will do as HTML paragraphs; `nominal` if the camera is not calibrated."""
-    sentences = [
-        translate(
-            "HandEye", "<b>{0} will move by itself</b> to {1} poses, one after another, for {2}."
-        ).format(robot[:1].upper() + robot[1:], plan.views, duration_text(plan.seconds))
-    ]
+def plan_text(plan: Plan, robot: str, *, nominal: bool = False) -> Markup:
+    """Return what the robot will do as paragraphs; `nominal` if the camera is not calibrated."""
+    text = translate("HandEye", "<b>{0} will move by itself</b> to {1} poses, one after another, for {2}.")
+    robot = robot[:1].upper() + robot[1:]
+    sentences: list[str] = [markup(text, robot, plan.views, duration_text(plan.seconds))]
     if plan.eye == "head":
         text = translate("HandEye", "The head turns at up to {0:.0f} °/s; the arm rests.")
         sentences.append(text.format(plan.fastest))
@@ -46,11 +45,11 @@ def plan_text(plan: Plan, robot: str, *, nominal: bool = False) -> str:
         text = translate(
             "HandEye", "<b>The camera is not calibrated</b>: calibrate it first, or the result is rough."
         )
-        sentences.append(text)
+        sentences.append(Markup(text))
     sentences.append(
         translate("HandEye", "Space, Escape and the stop button stop it at once, from any of its windows.")
     )
-    return "".join(f"<p>{localized(sentence)}</p>" for sentence in sentences)
+    return joined(markup("<p>{0}</p>", localized(sentence)) for sentence in sentences)
 
 
 def duration_text(seconds: float) -> str:
@@ -111,13 +110,13 @@ def result_rows(result: HandEyeResult, placement: Placement) -> list[tuple[str, 
         with_spread(value, math.degrees(off), 2)
         for value, off in zip(roll_pitch_yaw(camera), spread[3:], strict=True)
     ]
-    rows = [
+    rows: list[tuple[str, str]] = [
         (
             translate("HandEye", "Known to"),
-            f"<b>{1e3 * metres:.2f} mm, {math.degrees(radians):.3f}°</b>",
+            markup("<b>{0:.2f} mm, {1:.3f}°</b>", 1e3 * metres, math.degrees(radians)),
         ),
-        (translate("HandEye", "x, y, z (mm)"), ",&nbsp; ".join(places)),
-        (translate("HandEye", "Roll, pitch, yaw (°)"), ",&nbsp; ".join(turns)),
+        (translate("HandEye", "x, y, z (mm)"), joined(places, ",&nbsp; ")),
+        (translate("HandEye", "Roll, pitch, yaw (°)"), joined(turns, ",&nbsp; ")),
         (
             translate("HandEye", "Residual"),
             translate("HandEye", "{0:.3f} px over {1} of {2} poses").format(

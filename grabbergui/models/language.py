@@ -10,7 +10,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import cache
+from typing import TypeVar
 
+_Text = TypeVar("_Text", bound=str)
 Translator = Callable[[str, str], str]
 """Maps context and text to the text in another language."""
 
@@ -30,9 +32,9 @@ def translate(context: str, text: str) -> str:
     return _translator(context, text)
 
 
-def localized(text: str) -> str:
+def localized(text: _Text) -> _Text:
     """Return a text with the user's decimal separator in its numbers: `0,5` in Spanish. Any thread."""
-    return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
+    return text if _decimal_point == "." else type(text)(_POINT.sub(_decimal_point, text))
 
 
 def counted(count: int, one: str, many: str, *values: object) -> str:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.core.environment import RESOURCES
+from grabbergui.core.visible_text import print_line
 from grabbergui.setup import bash_line
 from grabbergui.setup.completion_scripts import SHELLS
 from grabbergui.setup.seen import Seen
@@ -193,14 +194,14 @@ def main(arguments: Sequence[str]) -> int:
     """Answer `zsh WORD…`, `fish WORD…`, or `bash LINE COMP_WORDBREAKS`; the first word is the program."""
     shell, *rest = arguments or [""]
     if shell not in SHELLS or not rest:
-        print(f"grabbergui: --complete is for the scripts of {', '.join(SHELLS)}", file=sys.stderr)
+        print_line(f"grabbergui: --complete is for the scripts of {', '.join(SHELLS)}", error=True)
         return 2
     line = bash_line.BashLine.parse(rest[0], "".join(rest[1:])) if shell == "bash" else None
     typed = list(line.words) if line is not None else rest[1:]
     seen = Seen()
     table = json.loads(TABLE.read_text("utf-8"))
     found = Completer(table, lambda: _find(seen), seen.features, seen.values).answer(typed)
-    print(for_shell(shell, found, line))
+    sys.stdout.write(for_shell(shell, found, line) + "\n")  # the words themselves, for the shell's script
     return 0
 
 

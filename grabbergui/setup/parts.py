@@ -9,6 +9,7 @@ built. Decision 7 has the reasons.
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import shutil
@@ -22,6 +23,8 @@ from pathlib import Path
 
 from grabbergui.core.environment import RESOURCES, sudo_command
 from grabbergui.core.errors import AccessDeniedError, GrabberError, SourceUnavailableError, UsageError
+
+log = logging.getLogger(__name__)
 
 # -- desktop entry -------------------------------------------------------------------------------
 _SHIPPED = {
@@ -305,4 +308,5 @@ def _run(command: list[str], environment: dict[str, str], failure: str) -> None:
         raise GrabberError(f"{failure}: {command[0]}: {error.strerror}") from error
     if done.returncode:
         last = "\n".join(done.stdout.strip().splitlines()[-40:])
-        raise GrabberError(f"{failure}:\n{last}")
+        log.error("%s ended with:\n%s", command[0], last)
+        raise GrabberError(f"{failure}; the end of the output is above")

@@ -21,6 +21,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, frame_wait
+from grabbergui.core.visible_text import visible
 from grabbergui.models.features.numbers import typed_value
 from grabbergui.models.settings import feature_set, files
 from grabbergui.models.settings.loading import load_onto
@@ -44,7 +45,8 @@ class Command:
     arguments: str
     "The arguments as in the help: `NAME [VALUE]`."
     meaning: str
-    run: Callable[..., str]
+    run: Callable[..., list[str]]
+    "Returns lines."
 
 
 class Interpreter:
@@ -105,7 +107,10 @@ class Interpreter:
         self._aliases = {"list": "list_features", "get": "get_feature", "set": "set_feature", "quit": "exit"}
 
     def execute(self, line: str) -> str:
-        """Run a line and return what to print, perhaps nothing. Raises GrabberError for what fails."""
+        """Run a line; return what to print, perhaps nothing, visible line by line.
+
+        Raises GrabberError for what fails.
+        """
         try:
             words = shlex.split(line)
         except ValueError as error:
@@ -120,23 +125,22 @@ class Interpreter:
             inspect.signature(command.run).bind(*words[1:])
         except TypeError:
             raise UsageError(f"write `{name} {command.arguments}`") from None
-        return command.run(*words[1:])
+        return "\n".join(map(visible, command.run(*words[1:])))
 
     # -- commands --------------------------------------------------------------------------------
-    def _list_features(self, *text: str) -> str:
+    def _list_features(self, *text: str) -> list[str]:
         wanted = " ".join(text).lower()
-        lines = [
+        return [
             self._line(self._grabber.feature(description.name))
             for description in self._grabber.feature_tree().descriptions()
             if wanted in f"{description.name} {description.title}".lower()
             and (wanted or description.visibility <= Visibility.EXPERT)
-        ]
-        return "\n".join(lines) or f"no feature's name contains '{wanted}'"
+        ] or [f"no feature's name contains '{wanted}'"]
 
-    def _get_feature(self, name: str) -> str:
-        return self._line(self._grabber.read_setting(SettingKey.parse(name)))
+    def _get_feature(self, name: str) -> list[str]:
+        return [self._line(self._grabber.read_setting(SettingKey.parse(name)))]
 
-    def _set_feature(self, name: str, *value: str) -> str:
+    def _set_feature(self, name: str, *value: str) -> list[str]:
         # NAME=VALUE is the form of the command line.
         joined = SettingKey.parse_assignment(name) if not value else None
         key, text = joined or (SettingKey.parse(name), " ".join(value).removeprefix("=").strip())
@@ -145,50 +149,50 @@ class Interpreter:
         is_empty_text = "" in value and feature.kind is FeatureKind.STRING
         if not text and not is_empty_text:
             raise UsageError(f"{name}: which value? {self._grabber.read_setting(key).range_text()}")
-        return self._line(self._grabber.write_setting(key, typed_value(text, feature)).feature)
+        return [self._line(self._grabber.write_setting(key, typed_value(text, feature)).feature)]
 
-    def _run(self, name: str) -> str:
+    def _run(self, name: str) -> list[str]:
         self._grabber.execute_setting(SettingKey.parse(name))
-        return f"{name} is done"
+        return [f"{name} is done"]
 
-    def _auto(self, name: str, mode: str = AUTO_CONTINUOUS) -> str:
+    def _auto(self, name: str, mode: str = AUTO_CONTINUOUS) -> list[str]:
         automatic = self._grabber.feature(name).auto
         if automatic is None:
             raise FeatureNotFoundError(f"{name} has no automatic mode on this camera", name)
         spelled = {text.lower(): text for text in (AUTO_CONTINUOUS, AUTO_ONCE, AUTO_OFF)}
-        return self._line(self._grabber.write_feature(automatic, spelled.get(mode.lower(), mode)))
+        return [self._line(self._grabber.write_feature(automatic, spelled.get(mode.lower(), mode)))]
 
-    def _mode(self, name: str) -> str:
+    def _mode(self, name: str) -> list[str]:
         automatic = self._grabber.feature(name).auto
         if automatic is None:
-            return f"{name} is set by hand; this camera has no automatic mode for it"
-        return self._line(self._grabber.feature(automatic))
+            return [f"{name} is set by hand; this camera has no automatic mode for it"]
+        return [self._line(self._grabber.feature(automatic))]
 
-    def _start(self) -> str:
+    def _start(self) -> list[str]:
         self._grabber.start()
-        return "streaming"
+        return ["streaming"]
 
-    def _stop(self) -> str:
+    def _stop(self) -> list[str]:
         self._grabber.stop()
-        return "stopped"
+        return ["stopped"]
 
-    def _snapshot(self, folder: str = "") -> str:
+    def _snapshot(self, folder: str = "") -> list[str]:
         queue = self._grabber.open_queue(1)
         try:
             frame = self._next_frame(queue)
         finally:
             queue.close()
         path = snapshot.save(frame, self._folder / expanded(folder), self._grabber.info)
-        return f"saved {path}"
+        return [f"saved {path}"]
 
-    def _grab(self, number: str, folder: str = "") -> str:
+    def _grab(self, number: str, folder: str = "") -> list[str]:
         count = int(number) if number.isascii() and number.isdigit() else 0
         if not 1 <= count <= _MOST_FRAMES:
             raise UsageError(f"grab {number}: write a number of frames from 1 to {_MOST_FRAMES}")
         lines: list[str] = []
         while len(lines) < count and not self._cancelled():
-            lines.append(self._snapshot(folder))
-        return "\n".join(lines)
+            lines += self._snapshot(folder)
+        return lines
 
     def _next_frame(self, queue: FrameQueue) -> Frame:
         """Wait in small steps, so that it can be cancelled. Raises FrameTimeoutError, UsageError."""
@@ -203,7 +207,7 @@ class Interpreter:
                 if self._cancelled() or time.monotonic() > deadline:
                     raise FrameTimeoutError(f"no frame arrived within {round(timeout, 2):g} s") from None
 
-    def _watch(self, name: str, seconds: str = "2") -> str:
+    def _watch(self, name: str, seconds: str = "2") -> list[str]:
         try:
             span = float(seconds)
         except ValueError:
@@ -217,37 +221,37 @@ class Interpreter:
                 lines.append(f"{passed:5.2f} s  {text}")
                 last = text
             time.sleep(_WATCH_PERIOD)
-        return "\n".join(lines)
+        return lines
 
-    def _save(self, file: str) -> str:
+    def _save(self, file: str) -> list[str]:
         path = self._folder / expanded(file)
         features = feature_set.capture(self._grabber)
         files.save(features, path)
         left_out = [f"left out {text}" for text in features.left_out]
-        return "\n".join([*left_out, f"saved {path} (settings: {len(features)})"])
+        return [*left_out, f"saved {path} (settings: {len(features)})"]
 
-    def _load(self, file: str) -> str:
+    def _load(self, file: str) -> list[str]:
         path = self._folder / expanded(file)
         features = files.load(path, self._grabber.selectors.of)
         report = load_onto(self._grabber, features)
         if not (report.interrupted and report.written):
-            return "\n".join(report.lines())
+            return report.lines()
         again = "what was written is set again when the camera is back, the rest is not"
-        return "\n".join([*report.lines(), again])
+        return [*report.lines(), again]
 
-    def _stats(self) -> str:
+    def _stats(self) -> list[str]:
         counters = self._grabber.statistics().as_dict()
         width = max(map(len, counters))
-        return "\n".join(f"{name.ljust(width)}  {value:.6g}" for name, value in counters.items())
+        return [f"{name.ljust(width)}  {value:.6g}" for name, value in counters.items()]
 
-    def _help(self) -> str:
+    def _help(self) -> list[str]:
         calls = {f"{name} {command.arguments}": command.meaning for name, command in self.commands.items()}
         width = max(map(len, calls))
-        return "\n".join(f"{call.ljust(width)}  {meaning}" for call, meaning in calls.items())
+        return [f"{call.ljust(width)}  {meaning}" for call, meaning in calls.items()]
 
-    def _exit(self) -> str:
+    def _exit(self) -> list[str]:
         self.finished = True
-        return ""
+        return []
 
     def _line(self, feature: Feature) -> str:
         feature = self._grabber.offered(feature)  # what only the stream locks can be set
@@ -278,4 +282,4 @@ def answer(interpreter: Interpreter, line: str) -> tuple[bool, str]:
     try:
         return True, interpreter.execute(line)
     except GrabberError as error:
-        return False, str(error)
+        return False, visible(str(error))

@@ -17,6 +17,7 @@ from prompt_toolkit.patch_stdout import patch_stdout
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.visible_text import print_lines, visible
 from grabbergui.terminal import Interpreter, answer
 
 _TAKES_FEATURE = frozenset(
@@ -41,8 +42,8 @@ class FeatureCompleter(Completer):
         typed = "" if not words or before.endswith(" ") else words[-1]
         position = len(words) - (1 if typed else 0)
         for text, meaning in self._candidates(words, position):
-            if typed.lower() in text.lower():
-                yield Completion(text, -len(typed), display_meta=meaning)
+            if typed.lower() in text.lower() and text.isprintable():
+                yield Completion(text, -len(typed), display_meta=visible(meaning))
 
     def _candidates(self, words: list[str], position: int) -> Iterator[tuple[str, str]]:
         if position == 0:
@@ -81,7 +82,7 @@ def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) 
         worked, text = answer(interpreter, line)
         refused += not (worked or interactive)
         if text:
-            print(text, file=sys.stdout if worked else sys.stderr, flush=True)
+            print_lines(text.split("\n"), error=not worked, flush=True)
         if interpreter.finished or finished():
             break
     return Outcome(left=interpreter.finished or interactive, refused=refused)
@@ -137,5 +138,5 @@ def _hint(grabber: FrameGrabber, console: PromptSession[str]) -> str:
     try:
         feature = grabber.feature(words[1])
     except GrabberError as error:
-        return str(error)
-    return f"{feature.name}: {feature.range_text()}"
+        return visible(str(error))
+    return visible(f"{feature.name}: {feature.range_text()}")

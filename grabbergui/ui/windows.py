@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import SourceFileLoader
 from itertools import groupby
@@ -19,9 +20,19 @@ from typing import Any
 
 from PyQt5.QtCore import QEvent, QFileInfo, QObject, QPoint, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QGuiApplication, QKeyEvent, QKeySequence
-from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QAction, QApplication, QFileDialog, QFrame, QScrollArea, QWidget
+from PyQt5.QtWidgets import (
+    QWIDGETSIZE_MAX,
+    QAction,
+    QApplication,
+    QFileDialog,
+    QFrame,
+    QLabel,
+    QScrollArea,
+    QWidget,
+)
 
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.shown_text import add_to_tooltip, make_plain, tooltip_of
 from grabbergui.ui.theme import apply_icons
 
 # -- forms ---------------------------------------------------------------------------------------
@@ -31,10 +42,12 @@ _FORMS = Path(__file__).with_name("forms")
 def load_form(name: str, into: QWidget) -> None:
     """Build the form `ui/forms/<name>.ui` in a widget of the form's own class, with the icons that it names.
 
-    The form's children become attributes of `into`, by their object names.
+    The form's children become attributes of `into`, by their object names. Its labels show plain text.
     """
     form = _form(name)()
     form.setupUi(into)
+    for label in into.findChildren(QLabel):
+        make_plain(label)
     for child, widget in vars(form).items():
         setattr(into, child, widget)
     apply_icons(into)
@@ -143,15 +156,21 @@ _PURPOSE = "purpose"
 "The property of an action or button that keeps the tooltip it has while it is available."
 
 
+@dataclass(frozen=True)
+class _Purpose:
+    tooltip: str
+    "A `Markup` if it is rich; as a property of its own it would become a plain text."
+
+
 def set_available(action: QAction | QWidget, lack: Lack | str | None) -> None:
     """Enable an action or a control, or disable it and give the reason, if any, in its tooltip."""
     purpose = action.property(_PURPOSE)
     if purpose is None:
-        purpose = action.toolTip()
+        purpose = _Purpose(tooltip_of(action))
         action.setProperty(_PURPOSE, purpose)
     reason = lack.text if isinstance(lack, Lack) else lack or ""
     action.setEnabled(not reason)
-    action.setToolTip(f"{purpose}\n{reason}".strip())
+    add_to_tooltip(action, purpose.tooltip, reason)
 
 
 # -- the Tab key ---------------------------------------------------------------------------------

@@ -178,5 +178,5 @@ def test_a_peers_name_neither_forges_a_log_line_nor_controls_the_terminal():
 
     assert first.endswith("WARNING a.b: connection from /peer")
     assert rest == [
-        r"    2026-11-25 00:00:00,000 CRITICAL a.b: all is lost\x0d\x1b]0;title\x07\x9b31m",
+        r"    2026-11-25 00:00:00,000 CRITICAL a.b: all is lost\r\x1b]0;title\x07\x9b31m",
     ]

@@ -65,9 +65,10 @@ def test_what_rebuilds_the_system_s_caches_may_hang(tmp_path, monkeypatch):
     assert parts.install_udev_rule(tmp_path / "rules.d").is_file()
 
 
-def test_a_step_that_fails_shows_the_end_of_its_output():
-    with pytest.raises(GrabberError, match="it does not work:\nno such thing"):
+def test_a_step_that_fails_shows_the_end_of_its_output(caplog):
+    with pytest.raises(GrabberError, match="it does not work"):
         parts._run([sys.executable, "-c", "print('no such thing'); exit(1)"], {}, "it does not work")
+    assert "no such thing" in caplog.text
 
 
 def test_the_folders_of_the_build_machine_are_forgotten(tmp_path):

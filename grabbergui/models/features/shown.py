@@ -6,7 +6,6 @@ units. Pure functions.
 
 from __future__ import annotations
 
-import html
 import ipaddress
 import re
 from collections.abc import Callable, Collection, Sequence
@@ -27,6 +26,7 @@ from grabbergui.core.features import (
 from grabbergui.core.sfnc import automatic_mode_of
 from grabbergui.models.features.numbers import CODED, quantity_text, unit_text
 from grabbergui.models.language import counted, driver_text, localized, translate
+from grabbergui.models.markup import Markup, joined, markup
 
 # -- which features ------------------------------------------------------------------------------
 HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
@@ -210,24 +210,24 @@ def value_text(feature: Feature) -> str:
     return quantity_text(value, feature.unit)
 
 
-def tooltip_html(feature: Feature) -> str:
+def tooltip(feature: Feature) -> Markup:
     """Return a feature's tooltip: why it cannot be used, help, range, name."""
-    parts = [f"<b>{html.escape(feature.title)}</b>"]
+    parts: list[str] = [markup("<b>{0}</b>", feature.title)]
     if not feature.access.writable:
         why = translate("Features", "It {0}.").format(access_text(feature))
-        parts.append(f"<i>{html.escape(why)}</i>")
+        parts.append(markup("<i>{0}</i>", why))
     elif feature.pauses_stream:
         pause = translate("Features", "Changing it pauses the stream for a moment.")
-        parts.append(f"<i>{html.escape(pause)}</i>")
-    parts.extend(html.escape(text) for text in _help(feature))
+        parts.append(markup("<i>{0}</i>", pause))
+    parts += [_shortened(text, MOST_HELP) for text in _help(feature)]
     if feature.kind is not FeatureKind.COMMAND and not feature.problem:
         if feature.value is not None:
             parts.append(_line(translate("Features", "Value: {0}"), _exact(feature)))
         parts.append(_line(translate("Features", "Range: {0}"), range_text(feature)))
     if feature.selectors:
         parts.append(_line(translate("Features", "Selected by: {0}"), ", ".join(feature.selectors)))
-    parts.append(f"<code>{html.escape(feature.name)}</code>")
-    return "<br>".join(parts)
+    parts.append(markup("<code>{0}</code>", feature.name))
+    return joined(parts, "<br>")
 
 
 def _help(feature: Feature) -> list[str]:
@@ -238,7 +238,7 @@ def _help(feature: Feature) -> list[str]:
 
 
 def _line(text: str, value: str) -> str:
-    return html.escape(text.format(_shortened(value)))
+    return text.format(_shortened(value))
 
 
 def _exact(feature: Feature) -> str:
@@ -246,6 +246,10 @@ def _exact(feature: Feature) -> str:
     text = format_value(feature.value)
     number = isinstance(feature.value, int | float)
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
+
+
+MOST_HELP = 2000
+"Characters of each of the camera's own texts in a tooltip."
 
 
 def _shortened(text: str, length: int = 300) -> str:

@@ -14,6 +14,7 @@ from grabbergui import doctor
 from grabbergui.core.environment import MANUAL
 from grabbergui.models.messages import LogBook, LogLine
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.shown_text import show_explanation
 from grabbergui.ui.views.bases import HelpActions
 from grabbergui.ui.views.help_views import DoctorDialog, LogPanel, ManualDialog, ShortcutsDialog
 
@@ -54,7 +55,7 @@ class HelpController(QObject):
             return False
         text = _explanation(watched)
         if text and event.type() == QEvent.Type.WhatsThis:
-            QWhatsThis.showText(event.globalPos(), text, watched)
+            show_explanation(event.globalPos(), text, watched)
         event.setAccepted(bool(text))
         return bool(text)
 

@@ -20,6 +20,7 @@ from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.shown_text import question_box
 from grabbergui.ui.views.bases import FileQuestions, PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar
 from grabbergui.ui.windows import set_available
@@ -81,12 +82,13 @@ class RecordingController(QObject):
             self.question.raise_()
             return
         names = ", ".join(source.title for source in recorded)
-        box = QMessageBox(self._bar.window())
+        box = question_box(
+            self._bar.window() or self._bar,
+            self.tr("Being recorded: {0}").format(names),
+            self.tr("Closing ends the recording; what was recorded so far is kept."),
+        )
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Question)
         box.setWindowTitle(self.tr("Recording"))
-        box.setText(self.tr("Being recorded: {0}").format(names))
-        box.setInformativeText(self.tr("Closing ends the recording; what was recorded so far is kept."))
         close = box.addButton(self.tr("Stop recording and close"), QMessageBox.ButtonRole.AcceptRole)
         go_on = box.addButton(self.tr("Continue recording"), QMessageBox.ButtonRole.RejectRole)
         box.setDefaultButton(go_on)

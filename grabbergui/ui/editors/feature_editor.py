@@ -14,7 +14,6 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QCompleter,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QMenu,
     QPushButton,
@@ -27,6 +26,7 @@ from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.numbers import nearest_allowed
 from grabbergui.models.features.shown import access_text, coded_text, limit_text, parse_coded, value_text
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.widgets.labels import ElidedComboBox, show_hint
 from grabbergui.ui.windows import ShortcutGuard, WheelGuard, set_available
 
@@ -103,8 +103,7 @@ class ReadingLabel(FeatureEditor):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.label = QLabel()
-        self.label.setTextFormat(Qt.TextFormat.PlainText)
+        self.label = PlainLabel()
         self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.label.setMargin(3)
         self.hold(self.label)
@@ -324,7 +323,7 @@ class ChoiceEditor(FeatureEditor):
         for entry in self._entries:
             item = QStandardItem(entry.display_name or entry.name)
             reason = "" if entry.available else not_offered
-            item.setToolTip(f"{entry.tooltip}\n{reason}".strip())
+            set_tooltip(item, f"{entry.tooltip}\n{reason}".strip())
             item.setEnabled(entry.available)
             model.appendRow(item)
         return model
@@ -366,7 +365,7 @@ class AutoButton(QToolButton):
         self.setAccessibleName(feature.title)
         state = f"{feature.title}: {feature.value}"
         problem = self.tr("{0}\nIt {1}.").format(state, access_text(feature))
-        self.setToolTip(state if feature.access.writable else problem)
+        set_tooltip(self, state if feature.access.writable else problem)
 
     def _fill_menu(self, feature: Feature) -> None:
         self._menu.clear()

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 
 from PyQt5.QtCore import QByteArray, QMimeData, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QContextMenuEvent, QDrag, QDropEvent, QMouseEvent
-from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
 from grabbergui.core.sfnc import as_editable
 from grabbergui.models.features.numbers import CODED, SliderScale
-from grabbergui.models.features.shown import breakable, tooltip_html
+from grabbergui.models.features.shown import breakable, tooltip
 from grabbergui.ui.editors.feature_editor import (
     AutoButton,
     ChoiceEditor,
@@ -25,6 +25,7 @@ from grabbergui.ui.editors.feature_editor import (
     TextEditor,
 )
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
+from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 
 log = logging.getLogger(__name__)
 
@@ -138,9 +139,8 @@ class FeatureRow(QWidget):
         "Why nothing can be changed now."
         self._odd = False
         "Whether the feature cannot be shown."
-        self._label = QLabel(breakable(self.title))
+        self._label = PlainLabel(breakable(self.title))
         self._label.setWordWrap(True)
-        self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setSizePolicy(_column_policy())
         self._label.setCursor(Qt.CursorShape.OpenHandCursor)
         self._drag = RowDrag(self, self.name)
@@ -182,7 +182,7 @@ class FeatureRow(QWidget):
         """Show a feature. Never emits `edited`; a feature that cannot be shown disables this row only."""
         self._feature = feature
         shown = as_editable(feature, self._auto_feature)
-        self.setToolTip(self._lock or tooltip_html(shown))
+        set_tooltip(self, self._lock or tooltip(shown))
         self._odd = False
         try:
             self._show(shown)

@@ -19,6 +19,7 @@ from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 
 from grabbergui.core.features import Feature
 from grabbergui.models.features.numbers import Pace, SliderScale, quantity_text, stepped
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.windows import WheelGuard
 
 SCROLL_MS = 40
@@ -191,7 +192,7 @@ class ValueSlider(QSlider):
             if part != self._scale:
                 self._scale = part
                 self.setRange(0, part.steps)
-                self.setToolTip(self._reach(part))
+                set_tooltip(self, self._reach(part))
                 self.update()
             self.setValue(part.to_position(number))
 

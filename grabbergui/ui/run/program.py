@@ -10,13 +10,14 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer, QUrl
 from PyQt5.QtGui import QDesktopServices
-from PyQt5.QtWidgets import QApplication, QMessageBox
+from PyQt5.QtWidgets import QApplication
 
 from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
 from grabbergui.models.image.live_image import ImageModel
+from grabbergui.models.markup import markup
 from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.messages import CurrentMessages, LogBook, MessageModel
 from grabbergui.models.open_source import OpenSource
@@ -43,6 +44,7 @@ from grabbergui.ui.controllers.settings import SettingsFilesController, UserSets
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController, StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.shown_text import about_box
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.windows import FileDialogs, has_screen
@@ -290,13 +292,16 @@ class Program(QObject):
             )
 
     def _show_about(self) -> None:
-        QMessageBox.about(
+        about_box(
             self.window,
             self.tr("About grabbergui"),
-            self.tr(
-                "<h3>grabbergui {0}</h3>"
-                "<p>Tune GenICam cameras live, and share them on YARP and ROS 2 networks.</p>"
-                "<p>Free software under the GNU General Public License, version 3 or later,"
-                " with an additional permission to combine it with the GenICam runtime.</p>"
-            ).format(__version__),
+            markup(
+                self.tr(
+                    "<h3>grabbergui {0}</h3>"
+                    "<p>Tune GenICam cameras live, and share them on YARP and ROS 2 networks.</p>"
+                    "<p>Free software under the GNU General Public License, version 3 or later,"
+                    " with an additional permission to combine it with the GenICam runtime.</p>"
+                ),
+                __version__,
+            ),
         )

@@ -6,7 +6,6 @@ handles its events.
 
 from __future__ import annotations
 
-import sys
 import time
 import traceback
 import warnings
@@ -24,6 +23,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.regular_files import read_bounded
+from grabbergui.core.visible_text import print_lines
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.views.main_window import MainWindow
@@ -272,7 +272,7 @@ def _code(ended: SystemExit) -> int:
     """Return the exit code as Python reads it: from a number, nothing, or a text for stderr."""
     if ended.code is None or isinstance(ended.code, int):
         return ended.code or 0
-    print(ended.code, file=sys.stderr)
+    print_lines(str(ended.code).split("\n"), error=True)
     return EXIT_FAILURE
 
 
@@ -280,4 +280,5 @@ def _print_traceback(error: Exception, script: str) -> None:
     """Print the script's lines that led to an error, without those of the program below."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == script]
     lines = ["Traceback (most recent call last):\n", *traceback.format_list(frames)]
-    print("".join([*lines, *traceback.format_exception_only(type(error), error)]), end="", file=sys.stderr)
+    text = "".join([*lines, *traceback.format_exception_only(type(error), error)])
+    print_lines(text.rstrip("\n").split("\n"), error=True)

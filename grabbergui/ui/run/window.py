@@ -16,6 +16,7 @@ from PyQt5.QtCore import QCoreApplication, QTimer
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
+from grabbergui.core.visible_text import print_line
 from grabbergui.models.messages import MessageModel
 from grabbergui.ui.application import Preferences, application, closed_by, speak
 from grabbergui.ui.run.program import Program
@@ -149,14 +150,14 @@ class _Report:
         if self._painted == 0 and self._wanted:
             messages = self._controller.messages.shown(self._controller.connection.source)
             reason = messages[0].text if messages else "no frame came from the source in time"
-            print(f"grabbergui: {reason}", file=sys.stderr)
+            print_line(f"grabbergui: {reason}", error=True)
             return 1
         if self._path is None:
             return 0
         if not self._taken and not self._save(self._path):
-            print(f"grabbergui: the screenshot could not be written to {self._path}", file=sys.stderr)
+            print_line(f"grabbergui: the screenshot could not be written to {self._path}", error=True)
             return 1
-        print(f"{self._path.resolve()}  {self._rate:.1f} frames/s")
+        print_line(f"{self._path.resolve()}  {self._rate:.1f} frames/s")
         return 0
 
 

@@ -20,6 +20,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.quantities import ColourScale, PolarisedView
+from grabbergui.models.markup import Markup
 from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas, Purpose
@@ -318,7 +319,7 @@ class HandEyeView(Protocol):
     def setPreview(self, preview: TargetPreview) -> None:
         """Show the newest frame, and whether the target is seen in it."""
 
-    def setPlan(self, html: str) -> None:
+    def setPlan(self, plan: Markup) -> None:
         """Show what the robot will do."""
 
     def setRunning(self, running: bool, *, enough: bool = False) -> None:

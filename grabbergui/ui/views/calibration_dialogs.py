@@ -29,11 +29,13 @@ from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
+from grabbergui.models.markup import markup, table
 from grabbergui.models.open_source import Lack
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
+from grabbergui.ui.shown_text import set_rich, set_tooltip
 from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
-from grabbergui.ui.widgets.labels import set_verdict, steps_html
+from grabbergui.ui.widgets.labels import set_verdict, steps_markup
 from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.windows import fit_screen, load_form, set_available
 
@@ -165,7 +167,7 @@ class CalibrationDialog(CalibratingDialog):
         """Show a page."""
         self.pages.setCurrentIndex(step.value)
         steps = (self.tr("Board"), self.tr("Views"), self.tr("Result"))
-        self.stepsLabel.setText(steps_html(steps, step.value))
+        set_rich(self.stepsLabel, steps_markup(steps, step.value))
         set_available(self.backButton, Lack.PAGE if step is Step.BOARD else None)
         self.nextButton.setText(
             {
@@ -220,10 +222,10 @@ class CalibrationDialog(CalibratingDialog):
         """Show a calibration and every view's error."""
         result = solution.result
         matrix, spread = result.calibration.matrix, result.uncertainty
-        rows = (
+        rows: tuple[tuple[str, str], ...] = (
             (
                 self.tr("Error"),
-                self.tr("<b>{0:.3f} px</b> over {1} views").format(result.rms, len(solution.used)),
+                markup(self.tr("<b>{0:.3f} px</b> over {1} views"), result.rms, len(solution.used)),
             ),
             (
                 self.tr("Focal lengths"),
@@ -235,10 +237,7 @@ class CalibrationDialog(CalibratingDialog):
             ),
             (self.tr("Distortion"), " ".join(f"{value:.4f}" for value in result.calibration.distortion)),
         )
-        table = "".join(
-            f"<tr><td>{name}&nbsp;&nbsp;</td><td>{localized(text)}</td></tr>" for name, text in rows
-        )
-        self.resultLabel.setText(f"<table>{table}</table>")
+        set_rich(self.resultLabel, table((name, localized(text)) for name, text in rows))
         with QSignalBlocker(self.views):
             current = self.views.indexOfTopLevelItem(self.views.currentItem())
             self.views.clear()
@@ -340,7 +339,7 @@ class CalibrationChoiceDialog(QDialog):
         title = self.tr("{0} is not calibrated")
         short = self.titleLabel.fontMetrics().elidedText(camera, Qt.TextElideMode.ElideMiddle, NAME_WIDTH)
         self.titleLabel.setText(title.format(short))
-        self.titleLabel.setToolTip(title.format(camera))
+        set_tooltip(self.titleLabel, title.format(camera))
         self.degreesBox.setValue(NOMINAL_FIELD_OF_VIEW)
         self.setProblem("")
         self.calibrateButton.clicked.connect(lambda: self.calibrateRequested.emit())

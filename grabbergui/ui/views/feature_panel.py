@@ -14,6 +14,7 @@ from grabbergui.models.language import counted
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
 from grabbergui.ui.gui_thread import Pacer
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.windows import load_form, set_available
 
 MakeRow = Callable[[FeatureDescription, QWidget, bool], FeatureRow]
@@ -27,7 +28,7 @@ class _Header(QToolButton):
         super().__init__()
         self._title = category.title
         self.setAccessibleName(category.title)
-        self.setToolTip("\n".join(text for text in (category.title, category.tooltip) if text))
+        set_tooltip(self, "\n".join(text for text in (category.title, category.tooltip) if text))
         self.setAutoRaise(True)
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)

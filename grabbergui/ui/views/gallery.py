@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.widgets.image_items import DIMMED, as_qimage
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.windows import load_form
@@ -133,8 +134,9 @@ class CameraTile(QFrame):
 
     def setCurrent(self, current: bool) -> None:
         """Mark the tile of the current source."""
-        self.setToolTip(
-            self.tr("This is the current source") if current else self.tr("Make this the current source")
+        set_tooltip(
+            self,
+            self.tr("This is the current source") if current else self.tr("Make this the current source"),
         )
         restyle(self, "current", current)
 

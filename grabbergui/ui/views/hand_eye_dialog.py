@@ -27,14 +27,16 @@ from grabbergui.calibration.boards import BoardSettings
 from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview
 from grabbergui.models.hand_eye_text import comparison_text, duration_text, result_rows, signed
 from grabbergui.models.language import localized
+from grabbergui.models.markup import Markup, markup, table
 from grabbergui.models.open_source import Lack
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_run import Step
 from grabbergui.servo.overlay import BAD, GOOD
+from grabbergui.ui.shown_text import set_cell_tooltip, set_rich
 from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
-from grabbergui.ui.widgets.labels import set_verdict, steps_html
+from grabbergui.ui.widgets.labels import set_verdict, steps_markup
 from grabbergui.ui.windows import StopKeys, WheelGuard, set_available
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
@@ -142,7 +144,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         """Show a page."""
         self.pages.setCurrentIndex(page.value)
         names = (self.tr("Setup"), self.tr("Plan"), self.tr("Motion"), self.tr("Result"))
-        self.stepsLabel.setText(steps_html(names, page.value))
+        set_rich(self.stepsLabel, steps_markup(names, page.value))
         self.nextButton.setText(
             {
                 HandEyePage.SETUP: self.tr("&Next"),
@@ -167,7 +169,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
 
     def setRobot(self, name: str, refused: Mapping[str, str]) -> None:
         """Show the robot, and for each place of the camera why it cannot be calibrated (empty: it can)."""
-        self.robotLabel.setText(self.tr("Where is the camera of <b>{0}</b>?").format(name))
+        set_rich(self.robotLabel, markup(self.tr("Where is the camera of <b>{0}</b>?"), name))
         self._refused = refused
         for eye, button in self._eyes.items():
             set_available(button, refused[eye])
@@ -201,9 +203,9 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         set_verdict(self.verdictLabel, problem or self.tr("the target is seen"), "bad" if problem else "good")
         self._show_image(preview, BUSY if problem else GOOD)
 
-    def setPlan(self, html: str) -> None:
+    def setPlan(self, plan: Markup) -> None:
         """Show what the robot will do."""
-        self.planLabel.setText(html)
+        set_rich(self.planLabel, plan)
 
     def setRunning(self, running: bool, *, enough: bool = False) -> None:
         """Show whether the robot moves; `enough` views of one that rests can be computed."""
@@ -225,7 +227,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             return
         row = QTreeWidgetItem([localized(f"{event.seconds:.1f} s"), event.text])
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop))
-        row.setToolTip(1, event.text)
+        set_cell_tooltip(row, 1, event.text)
         if event.step in (Step.VIEW, Step.SKIPPED):
             row.setIcon(1, dot(QColor(*(GOOD if event.step is Step.VIEW else BUSY))))
         self.events.addTopLevelItem(row)
@@ -240,8 +242,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     def setSolution(self, solution: Solution, unusable: str) -> None:
         """Show a result; `unusable` is why servoing cannot use it (empty: it can)."""
         rows = result_rows(solution.result, solution.placement)
-        table = "".join(f"<tr><td>{name}&nbsp;&nbsp;</td><td>{text}</td></tr>" for name, text in rows)
-        self.resultLabel.setText(f"<table>{table}</table>")
+        set_rich(self.resultLabel, table(rows))
         compared = self.tr("No other calibration of this camera is known")
         if solution.compared is not None:
             compared = self.tr("Differs by {0}").format(comparison_text(*solution.compared))
@@ -252,7 +253,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             angles = "  ".join(signed(angle, 0) for angle in np.degrees(joints))
             row = QTreeWidgetItem([str(number + 1), text, angles])
             row.setTextAlignment(1, int(Qt.AlignmentFlag.AlignRight))
-            row.setToolTip(2, angles)
+            set_cell_tooltip(row, 2, angles)
             row.setIcon(1, dot(QColor(*(BAD if math.isnan(error) else GOOD))))
             self.poses.addTopLevelItem(row)
         self.mountEdit.setText(solution.placement.mount)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import logging
 import re
 import time
@@ -31,8 +30,10 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
+from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.models.messages import MOST_LOG_LINES, LogLine
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.shown_text import PlainLabel, add_paragraph, set_rich
 from grabbergui.ui.windows import fit_screen, load_form, set_available
 
 FIRST_PAGE = "window.md"
@@ -97,7 +98,7 @@ class DoctorDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.text = QTextBrowser(self)
         self.text.setAccessibleName(self.tr("Findings"))
-        self.stateLabel = QLabel(self.tr("Checking this computer…"), self)
+        self.stateLabel = PlainLabel(self.tr("Checking this computer…"), self)
         self._names = {
             Level.GOOD: self.tr("good"),
             Level.NOTE: self.tr("note"),
@@ -113,10 +114,10 @@ class DoctorDialog(QDialog):
     def addFinding(self, finding: Finding) -> None:
         """Add a finding."""
         self._problems += finding.level is Level.PROBLEM
-        line = f"<b>{self._names[finding.level]}</b>: {html.escape(finding.text)}"
+        line = markup("<b>{0}</b>: {1}", self._names[finding.level], finding.text)
         if finding.remedy:
-            line += f"<br>→ {html.escape(finding.remedy)}"
-        self.text.append(f"<p>{line}</p>")
+            line = markup("{0}<br>→ {1}", line, finding.remedy)
+        add_paragraph(self.text, line)
 
     def finish(self) -> None:
         """Show that the check is complete."""
@@ -130,7 +131,7 @@ SCROLL_BAR = 20
 "Pixels that the scroll bar may take beside the tables."
 MOST_OF_SCREEN = 0.9
 "Share of the screen's width and height."
-KEY_GAP = "&nbsp;" * 4
+KEY_GAP = Markup("&nbsp;" * 4)
 "Space behind the keys: Qt's rich text has no padding of cells."
 
 
@@ -147,12 +148,13 @@ class ShortcutsDialog(QDialog):
         super().__init__(parent)
         load_form("shortcuts_dialog", self)
         tables = [table for action in menubar.actions() if (table := self._table(action.menu()))]
-        columns = ["", ""]
+        columns = [Markup(), Markup()]
         # Columns of equal height: the longest menu first, each into the shorter column.
         for table in sorted(tables, key=_height, reverse=True):
-            columns[_height(columns[1]) < _height(columns[0])] += table
-        self.leftLabel.setText(columns[0])
-        self.rightLabel.setText(columns[1])
+            shorter = _height(columns[1]) < _height(columns[0])
+            columns[shorter] = joined([columns[shorter], table])
+        set_rich(self.leftLabel, columns[0])
+        set_rich(self.rightLabel, columns[1])
         self.closeButton.clicked.connect(self.accept)
         self._take_room()
 
@@ -167,17 +169,21 @@ class ShortcutsDialog(QDialog):
         screen = self.screen()
         self.resize(wanted.boundedTo(screen.availableSize() * MOST_OF_SCREEN) if screen else wanted)
 
-    def _table(self, menu: QMenu | None) -> str:
+    def _table(self, menu: QMenu | None) -> Markup:
         if menu is None:
-            return ""
-        rows = "".join(
-            f"<tr><td width='{KEY_WIDTH}' style='white-space:pre'>"
-            f"<b>{self._keys(action.shortcut())}</b>{KEY_GAP}</td>"
-            f"<td>{_plain(action.iconText())}</td></tr>"
+            return Markup()
+        rows = joined(
+            markup(
+                "<tr><td width='{0}' style='white-space:pre'><b>{1}</b>{2}</td><td>{3}</td></tr>",
+                KEY_WIDTH,
+                self._keys(action.shortcut()),
+                KEY_GAP,
+                _plain(action.iconText()),
+            )
             for action in _actions(menu)
             if not action.shortcut().isEmpty()
         )
-        return f"<h3>{_plain(menu.title())}</h3><table>{rows}</table>" if rows else ""
+        return markup("<h3>{0}</h3><table>{1}</table>", _plain(menu.title()), rows) if rows else Markup()
 
     def _keys(self, keys: QKeySequence) -> str:
         """Return the keys as printed on a keyboard; Qt would write *Mayúsculas* for Shift."""

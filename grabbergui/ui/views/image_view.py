@@ -13,6 +13,7 @@ from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.points import BACKGROUND
 from grabbergui.models.image.quantities import ColourScale
+from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
 from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas, Purpose
@@ -66,7 +67,7 @@ class ImageView(QWidget):
         self.tasks = TaskStack(self)
         """Work in progress, over the lower edge of the image, which does not move."""
         self.tasks.changed.connect(self._place_tasks)
-        self.ageLabel = QLabel(self)
+        self.ageLabel = PlainLabel(parent=self)
         """The age of the last image of a lost source."""
         self.ageLabel.setProperty("age", True)
         self.ageLabel.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -272,7 +273,7 @@ class PointCloudView(QWidget):
         self._text = ""
         self._last = QPoint()
         self.setAccessibleName(self.tr("Point cloud"))
-        self.setToolTip(self.tr("Drag to turn, wheel to zoom"))
+        set_tooltip(self, self.tr("Drag to turn, wheel to zoom"))
         self.setMinimumSize(240, 180)
 
     def setImage(self, image: DisplayImage) -> None:

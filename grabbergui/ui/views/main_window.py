@@ -24,6 +24,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.models.image.quantities import COLOUR_MAPS, PolarisedView
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
@@ -275,7 +276,7 @@ class MainWindow(QMainWindow):
         action.setCheckable(True)
         action.setShortcut(key)
         if (button := dock.findChild(QAbstractButton, "qt_dockwidget_closebutton")) is not None:
-            button.setToolTip(self.tr("Close this panel; to open it again: {0}").format(key))
+            set_tooltip(button, self.tr("Close this panel; to open it again: {0}").format(key))
         # For Qt a panel behind another one is visible; its signal reports whether it can be seen.
         dock.visibilityChanged.connect(action.setChecked)
 
@@ -426,4 +427,4 @@ class MainWindow(QMainWindow):
             menu.setToolTipsVisible(True)
         for action in self.findChildren(QAction):
             if not action.shortcut().isEmpty() and action.toolTip() != action.text().replace("&", ""):
-                action.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
+                set_tooltip(action, f"{action.toolTip()} ({action.shortcut().toString()})")

@@ -27,6 +27,7 @@ from grabbergui.models.features.worker import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow, PlotPlace
 from grabbergui.ui.windows import load_form, set_available
@@ -180,12 +181,12 @@ class FocusPanel(QWidget):
         )
         tip = self.scoreLabel.toolTip()
         self.scoreLabel.setTexts(*(localized(text.format(values[-1], best, share)) for text in texts))
-        self.scoreLabel.setToolTip(tip)
+        set_tooltip(self.scoreLabel, tip)
 
     def setWhat(self, region: str) -> None:
         """Show the scored region as text."""
         set_available(self.wholeButton, None if region else Lack.WHOLE)
-        self.scoreLabel.setToolTip(region or self.tr("of the whole image"))
+        set_tooltip(self.scoreLabel, region or self.tr("of the whole image"))
 
     def clear(self) -> None:
         """Show nothing."""
@@ -198,7 +199,7 @@ class FocusPanel(QWidget):
         plot.addItem(self._best)
         plot.showSeconds()
         plot.setXRange(-HISTORY_SECONDS / 2, 0, padding=0)
-        plot.setToolTip(self.tr("Sharpness over the last seconds; dashed: the best"))
+        set_tooltip(plot, self.tr("Sharpness over the last seconds; dashed: the best"))
 
 
 class ProfilePanel(QWidget):
@@ -250,7 +251,7 @@ class ProfilePanel(QWidget):
         self._give_room(False)
 
     def _furnish(self, plot: ChannelPlot) -> None:
-        plot.setToolTip(self.tr("The sensor's values over the pixels along the line"))
+        set_tooltip(plot, self.tr("The sensor's values over the pixels along the line"))
 
     def _give_room(self, needed: bool) -> None:
         """Be no higher than the hint until there is something to show."""

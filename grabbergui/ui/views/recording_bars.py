@@ -21,6 +21,7 @@ from grabbergui.models.language import counted, localized
 from grabbergui.models.recording import PlaybackState
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import ElidedLabel
 from grabbergui.ui.windows import load_form
@@ -160,7 +161,7 @@ class RecordingBar(QWidget):
         """Show the name of a finished recording."""
         self.playButton.setVisible(True)
         self._arrange()
-        self.playButton.setToolTip(self.tr("Play {0} in place of the camera").format(name))
+        set_tooltip(self.playButton, self.tr("Play {0} in place of the camera").format(name))
 
     def _kind_text(self, kind: RecordingKind) -> str:
         return {

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt5.QtCore import QSize, pyqtSignal
-from PyQt5.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QPlainTextEdit, QVBoxLayout, QWidget
 
+from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.windows import fit_screen
 
 SIZE = QSize(640, 420)
@@ -22,13 +23,13 @@ class ReportDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle(self.tr("Report this camera"))
-        self.stateLabel = QLabel(self.tr("Asking the camera and this computer…"), self)
+        self.stateLabel = PlainLabel(self.tr("Asking the camera and this computer…"), self)
         self.stateLabel.setWordWrap(True)
         self.text = QPlainTextEdit(self)
         self.text.setReadOnly(True)
         self.text.setAccessibleName(self.tr("Contents of the report"))
         self.namesBox = QCheckBox(self.tr("Keep &names, serial numbers and addresses"), self)
-        self.namesBox.setToolTip(self.tr("Otherwise stand-ins replace them, also in registers and log"))
+        set_tooltip(self.namesBox, self.tr("Otherwise stand-ins replace them, also in registers and log"))
         self.pixelsBox = QCheckBox(self.tr("With the &pixels of some frames"), self)
         for box in (self.namesBox, self.pixelsBox):
             box.toggled.connect(self.optionsChanged)

@@ -24,10 +24,12 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.language import localized
+from grabbergui.models.markup import joined, markup
 from grabbergui.models.open_source import Lack
 from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import AXIS_COLOURS, Drawing, colour_of
 from grabbergui.servo.state_machine import State
+from grabbergui.ui.shown_text import set_cell_tooltip, set_plot_title
 from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.detections import DrawingItem
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
@@ -174,12 +176,12 @@ class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
         colours = AXIS_COLOURS if self._names else (palette.color(QPalette.ColorRole.Highlight).getRgb()[:3],)
         for line, colour in zip(self._lines, colours, strict=False):
             line.setPen(pg.mkPen(colour, width=1.5))
-        key = "".join(
-            f' &nbsp;<span style="color: rgb{colour}">{name}</span>'
+        key = joined(
+            markup(' &nbsp;<span style="color: rgb{0}">{1}</span>', colour, name)
             for name, colour in zip(self._names, colours, strict=False)
         )
         text = palette.color(QPalette.ColorRole.WindowText).name()
-        self.setTitle(f'<span style="color: {text}">{self._title}</span>{key}', size="9pt", justify="left")
+        set_plot_title(self, markup('<span style="color: {0}">{1}</span>{2}', text, self._title, key))
 
 
 def _text_on(colour: QColor) -> QColor:
@@ -282,7 +284,7 @@ class ServoWindow(QWidget):
         row = QTreeWidgetItem([localized(f"{entry.time:.2f} s"), state_text(entry.state), entry.reason])
         row.setIcon(1, dot(QColor(*colour_of(entry.state))))
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter))
-        row.setToolTip(2, entry.reason)
+        set_cell_tooltip(row, 2, entry.reason)
         self.history.addTopLevelItem(row)
         if self.history.topLevelItemCount() > MOST_ENTRIES:
             self.history.takeTopLevelItem(0)

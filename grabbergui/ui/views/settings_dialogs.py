@@ -28,9 +28,11 @@ from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.lookup_table import LEAST_GAMMA, MOST_GAMMA
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import counted
+from grabbergui.models.markup import markup
 from grabbergui.models.open_source import Lack
 from grabbergui.models.settings.feature_set import Difference, UserSet
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
+from grabbergui.ui.shown_text import PlainLabel, question_box, set_cell_tooltip, set_rich, set_tooltip
 from grabbergui.ui.widgets.plots import ChannelPlot
 from grabbergui.ui.windows import fit_screen, load_form, set_available
 
@@ -72,14 +74,14 @@ class SettingsReport(QDialog):
         restored = again if report.interrupted and report.written else ""
         parts = (self._summary(report), report.problem, restored)
         self.headline.setText(". ".join(part[0].upper() + part[1:] for part in parts if part))
-        self.headline.setToolTip(report.problem)
+        set_tooltip(self.headline, report.problem)
         self.applyButton.setVisible(report.count(*PENDING) > 0)
         self.rollBackButton.setVisible(report.written > 0)
         self.table.clear()
         for setting in report.settings:
             texts = (format_value(setting.before), format_value(setting.wanted))
             row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
-            row.setToolTip(4, setting.reason)
+            set_cell_tooltip(row, 4, setting.reason)
             row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
             if setting.outcome in PENDING:
                 _make_checkable(row, setting.key)
@@ -90,7 +92,7 @@ class SettingsReport(QDialog):
             self.table.addTopLevelItem(row)
         for line in report.lost_lines:
             row = QTreeWidgetItem(["", "", "", self.tr("not a setting"), line])
-            row.setToolTip(4, line)
+            set_cell_tooltip(row, 4, line)
             self.table.addTopLevelItem(row)
         self._show_equal(self.equalBox.isChecked())
         for column in range(4):
@@ -182,7 +184,7 @@ class SettingsDifference(QDialog):
             text = self.tr("Set as in {0}")
             short = button.fontMetrics().elidedText(name, Qt.TextElideMode.ElideMiddle, NAME_WIDTH)
             button.setText(text.format(short.replace("&", "&&")))
-            button.setToolTip(text.format(name))
+            set_tooltip(button, text.format(name))
             button.setVisible(applicable and bool(differences))
         self.table.clear()
         for difference in differences:
@@ -195,7 +197,7 @@ class SettingsDifference(QDialog):
         self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
         for line in lost_lines:
             row = QTreeWidgetItem([line])
-            row.setToolTip(0, line)
+            set_cell_tooltip(row, 0, line)
             self.table.addTopLevelItem(row)
             row.setFirstColumnSpanned(True)
 
@@ -277,18 +279,19 @@ class UserSetsDialog(QDialog):
                 text = self.tr("{0}  ·  the camera starts with it").format(text)
             item = QListWidgetItem(text, self.setList)
             item.setData(_SET_ROLE, user_set)
-            item.setToolTip(user_set.tooltip)
+            set_tooltip(item, user_set.tooltip)
         names = [user_set.name for user_set in sets]
         self.setList.setCurrentRow(names.index(before.name) if before and before.name in names else 0)
 
     def _ask_save(self) -> None:
         if (chosen := self.chosen) is None:
             return
-        self.question = box = QMessageBox(self)
+        self.question = box = question_box(
+            self,
+            self.tr("Save the current settings in {0}?").format(chosen.title),
+            self.tr("This overwrites the set and cannot be undone."),
+        )
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Question)
-        box.setText(self.tr("Save the current settings in {0}?").format(chosen.title))
-        box.setInformativeText(self.tr("This overwrites the set and cannot be undone."))
         save = box.addButton(self.tr("Overwrite"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.finished.connect(lambda _: self._on_question_finished(box.clickedButton() is save, chosen.name))
@@ -342,31 +345,35 @@ class LutDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Look-up table"))
         self.resize(560, 480)
-        self.selectorLabel = QLabel(self.tr("&Table"))
+        self.selectorLabel = PlainLabel(self.tr("&Table"))
         self.selectorBox = QComboBox()
         self.selectorLabel.setBuddy(self.selectorBox)
         self.enableBox = QCheckBox(self.tr("The camera &uses it"))
         self.plot = ChannelPlot()
         self.plot.setAccessibleName(self.tr("Curve of the look-up table"))
-        self.plot.setToolTip(self.tr("Horizontal: value of the sensor; vertical: value that is sent instead"))
+        set_tooltip(
+            self.plot, self.tr("Horizontal: value of the sensor; vertical: value that is sent instead")
+        )
         self.plot.nameAxes(self.tr("Input (LUTIndex)"), self.tr("Output (LUTValue)"))
         present, edited = self.tr("in the camera"), self.tr("edited")
-        self.legendLabel = QLabel(f'━ {present} &nbsp; <span style="color: {_EDITED}">━</span> {edited}')
+        self.legendLabel = PlainLabel()
+        legend = markup('━ {0} &nbsp; <span style="color: {1}">━</span> {2}', present, _EDITED, edited)
+        set_rich(self.legendLabel, legend)
         self.gammaBox = QDoubleSpinBox()
         self.gammaBox.setRange(0, MOST_GAMMA)
         self.gammaBox.setSpecialValueText("–")
         self.gammaBox.setSingleStep(0.05)
         self.gammaBox.setAccessibleName(self.tr("Gamma"))
-        self.gammaBox.setToolTip(self.tr("Below 1, dark parts become brighter; above 1, darker"))
-        gamma_label = QLabel(self.tr("&Gamma"))
+        set_tooltip(self.gammaBox, self.tr("Below 1, dark parts become brighter; above 1, darker"))
+        gamma_label = PlainLabel(self.tr("&Gamma"))
         gamma_label.setBuddy(self.gammaBox)
         self.linearButton = QPushButton(self.tr("Li&near"))
         self.loadButton = QPushButton(self.tr("L&oad…"))
         self.saveButton = QPushButton(self.tr("&Save…"))
-        self.stateLabel = QLabel()
+        self.stateLabel = PlainLabel()
         self.stateLabel.setWordWrap(True)
         self.undoButton = QPushButton(self.tr("Un&do"))
-        self.undoButton.setToolTip(self.tr("Write back the camera's previous table"))
+        set_tooltip(self.undoButton, self.tr("Write back the camera's previous table"))
         self.writeButton = QPushButton(self.tr("&Write to the camera"))
         self.closeButton = QPushButton(self.tr("&Close"))
         self._lay_out(gamma_label)
@@ -471,11 +478,12 @@ class LutDialog(QDialog):
             return
         if self.question is not None:
             return
-        self.question = box = QMessageBox(self)
+        self.question = box = question_box(
+            self,
+            self.tr("Discard the edited table?"),
+            self.tr("It is neither in the camera nor saved in a file."),
+        )
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setIcon(QMessageBox.Icon.Question)
-        box.setText(self.tr("Discard the edited table?"))
-        box.setInformativeText(self.tr("It is neither in the camera nor saved in a file."))
         discard = box.addButton(self.tr("&Discard"), QMessageBox.ButtonRole.DestructiveRole)
         box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
 

@@ -33,6 +33,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.open_source import Lack
 from grabbergui.models.sources import ListedSource, takes_description
+from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import name_lines
 from grabbergui.ui.windows import load_form, set_available
@@ -210,7 +211,7 @@ class SourceListView(QWidget):
                 Qt.ItemDataRole.AccessibleTextRole,
                 " ".join((source.info.title, source.info.uri, *source.details, source.info.note)).strip(),
             )
-            item.setToolTip(self._tooltip(source))
+            set_tooltip(item, self._tooltip(source))
             item.setSelected(source.info.uri == selected)
         self.sourceList.blockSignals(blocked)
         self._update_button()

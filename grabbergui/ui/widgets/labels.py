@@ -26,13 +26,14 @@ from PyQt5.QtWidgets import (
     QStyleOptionComboBox,
     QStylePainter,
     QTableView,
-    QToolTip,
     QTreeView,
     QVBoxLayout,
     QWidget,
 )
 
+from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.shown_text import PlainLabel, set_tooltip, show_tooltip
 from grabbergui.ui.windows import load_form, set_available
 
 TEXT_MARGIN = 1
@@ -52,15 +53,15 @@ def restyle(widget: QWidget, name: str, value: object) -> None:
 def set_verdict(label: QLabel, text: str, tone: str) -> None:
     """Show the verdict on an image after a dot, in a tone of the style sheet: good, busy, bad or idle."""
     label.setText(f"● {text}")
-    label.setToolTip(text)
+    set_tooltip(label, text)
     restyle(label, "tone", tone)
 
 
-def steps_html(names: Sequence[str], current: int) -> str:
+def steps_markup(names: Sequence[str], current: int) -> Markup:
     """Return the numbered steps of a wizard in one line, the current one bold."""
     steps = [f"{number} {name}" for number, name in enumerate(names, 1)]
-    steps[current] = f"<b>{steps[current]}</b>"
-    return " &nbsp;→&nbsp; ".join(steps)
+    steps[current] = markup("<b>{0}</b>", steps[current])
+    return joined(steps, " &nbsp;→&nbsp; ")
 
 
 MOST_LINES = 3
@@ -90,14 +91,14 @@ def _broken_lines(text: str, font: QFont, width: int) -> list[str]:
     return lines
 
 
-class ElidedLabel(QLabel):
+class ElidedLabel(PlainLabel):
     """One line of plain text; the whole of it is in the tooltip.
 
     Of a camera's name the middle is left out: the serial number at its end distinguishes it from the others.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+        super().__init__(parent=parent)
         self._shorter: tuple[str, ...] = ()
         self.setMinimumWidth(24)
         self.elide_mode = Qt.TextElideMode.ElideRight
@@ -110,7 +111,7 @@ class ElidedLabel(QLabel):
         """Show a text, or the first of the shorter ones that fits."""
         self._shorter = shorter
         super().setText(text)
-        self.setToolTip(text)
+        set_tooltip(self, text)
 
     @property
     def shown(self) -> str:
@@ -149,7 +150,7 @@ class ShrinkingLabel(ElidedLabel):
 
 
 class ElidedComboBox(QComboBox):
-    """A combo box whose current text is elided if it does not fit; the tooltip then has the whole text."""
+    """A combo box whose current text is elided if it does not fit; the tooltip then is the whole text."""
 
     @property
     def shown(self) -> str:
@@ -182,12 +183,10 @@ class ElidedComboBox(QComboBox):
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def event(self, event: QEvent | None) -> bool:
-        """Add the whole text to the tooltip if it is elided."""
+        """Show the whole text as the tooltip if it is elided."""
         hidden = not self.isEditable() and self.shown != self.currentText()
         if hidden and isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
-            QToolTip.showText(
-                event.globalPos(), "\n".join(filter(None, (self.currentText(), self.toolTip()))), self
-            )
+            show_tooltip(event.globalPos(), self.currentText(), self)
             return True
         return super().event(event)
 
@@ -219,9 +218,8 @@ def show_hint(control: QWidget, text: str) -> None:
     for old in window.findChildren(QLabel, _HINT):
         old.hide()
         old.deleteLater()
-    hint = QLabel(text, window)
+    hint = PlainLabel(text, window)
     hint.setObjectName(_HINT)
-    hint.setTextFormat(Qt.TextFormat.PlainText)
     hint.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     hint.ensurePolished()
     hint.adjustSize()

@@ -19,8 +19,10 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.language import localized, translate
+from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.models.messages import Message, MessageModel, Offer, Severity
 from grabbergui.models.status import Tone
+from grabbergui.ui.shown_text import set_rich, set_tooltip
 from grabbergui.ui.theme import icon_pixmap
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.windows import Popup, load_form
@@ -294,15 +296,15 @@ class ImageNote(QFrame):
         self.summaryLabel.setText(summary)
         self.adviceLabel.setText(advice)
         self.adviceLabel.setVisible(bool(advice))
-        self.stageLabel.setText(_way(stage) if stage is not None else "")
+        set_rich(self.stageLabel, _way(stage) if stage is not None else Markup())
         self.stageLabel.setVisible(stage is not None)
         self.setAccessibleName(f"{summary} {advice}")
-        self.setToolTip(f"{summary}\n{advice}".strip())  # in a low window its end may be cut off
+        set_tooltip(self, f"{summary}\n{advice}".strip())  # in a low window its end may be cut off
         restyle(self, "tone", "info" if stage is None else "busy")
         self.setVisible(bool(summary))
 
 
-def _way(end: Stage) -> str:
+def _way(end: Stage) -> Markup:
     """Return the stages: those passed, the one that fails, which is marked, and the rest."""
     stages = list(Stage)
     parts = []
@@ -310,8 +312,8 @@ def _way(end: Stage) -> str:
         before, at = index < stages.index(end), stage is end
         mark = "✓" if before else "✗" if at else "·"
         text = f"{mark} {_stage_name(stage)}"
-        parts.append(f"<b>{text}</b>" if at else text)
-    return "&nbsp;&nbsp; ".join(parts)
+        parts.append(markup("<b>{0}</b>", text) if at else text)
+    return joined(parts, "&nbsp;&nbsp; ")
 
 
 def _stage_name(stage: Stage) -> str:
@@ -397,7 +399,7 @@ class StatusStrip(QWidget):
     def setLosses(self, text: str, tone: Tone, detail: str) -> None:
         """Show the losses, their severity, and every counter in the tooltip."""
         self._show(self.lossLabel, text)
-        self.lossLabel.setToolTip(detail)
+        set_tooltip(self.lossLabel, detail)
         restyle(self.lossLabel, "tone", tone.value)
 
     def clearFigures(self) -> None:

@@ -17,6 +17,7 @@ from grabbergui.models.features.numbers import in_unit, number_text, quantity_te
 from grabbergui.models.features.shown import breakable
 from grabbergui.models.image.quantities import NO_DATA, ColourScale
 from grabbergui.models.language import localized
+from grabbergui.ui.shown_text import name_axis, set_tooltip
 from grabbergui.ui.windows import load_form
 
 CHANNEL_COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
@@ -89,7 +90,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         """Write names at the axes; their values stay as they are, without a power of ten."""
         for side, name in (("bottom", bottom), ("left", left)):
             self.getAxis(side).enableAutoSIPrefix(False)
-            self.setLabel(side, name)
+            name_axis(self, side, name)
 
     def setChannels(
         self, x: NDArray[Any], channels: dict[str, NDArray[Any]], *, broken: bool = False
@@ -205,7 +206,7 @@ class CurveRow(QWidget):
         self.name = description.name
         self._unit = ""
         self.titleLabel.setText(breakable(description.title))
-        self.titleLabel.setToolTip(description.name)
+        set_tooltip(self.titleLabel, description.name)
         self.plot.setAccessibleName(self.tr("{0} over time").format(description.title))
         self.plot.showSeconds()
         self.plot.getAxis("left").setWidth(AXIS_WIDTH)

@@ -16,6 +16,7 @@ from PyQt5.QtWidgets import QWidget
 from grabbergui.calibration.geometry import Pose
 from grabbergui.models.servoing import Posture
 from grabbergui.servo.overlay import AXIS_COLOURS
+from grabbergui.ui.shown_text import set_tooltip
 
 Points = NDArray[np.float64]
 
@@ -104,7 +105,7 @@ class RobotView(QWidget):
         super().__init__(parent)
         self.setMinimumSize(240, 200)
         self.setCursor(Qt.CursorShape.OpenHandCursor)
-        self.setToolTip(self.tr("Drag to rotate, wheel to zoom, double-click to reset"))
+        set_tooltip(self, self.tr("Drag to rotate, wheel to zoom, double-click to reset"))
         self.orbit = Orbit()
         """The viewpoint."""
         self._posture: Posture | None = None

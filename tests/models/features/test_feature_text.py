@@ -17,7 +17,7 @@ from grabbergui.models.features.shown import (
     coded_text,
     limit_text,
     parse_coded,
-    tooltip_html,
+    tooltip,
     value_text,
 )
 
@@ -168,7 +168,7 @@ def test_a_tooltip_has_reason_help_and_range():
         description="Of the image.",
         selectors=("RegionSelector",),
     )
-    text = tooltip_html(locked)
+    text = tooltip(locked)
     assert "Image &lt;Width&gt;" in text
     assert "is read-only; streaming" in text
     assert text.count("Of the image.") == 1
@@ -179,7 +179,7 @@ def test_a_tooltip_has_reason_help_and_range():
 
 
 def test_a_tooltip_that_the_description_repeats_is_shown_once():
-    shown = tooltip_html(replace(FLOAT, tooltip="Light falls in", description="Light falls in for so long."))
+    shown = tooltip(replace(FLOAT, tooltip="Light falls in", description="Light falls in for so long."))
     assert "Light falls in<br>" not in shown and "Light falls in for so long." in shown
 
 

@@ -11,7 +11,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
-from grabbergui.models.features.shown import tooltip_html
+from grabbergui.models.features.shown import tooltip
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from patience import PATIENCE, until
@@ -247,5 +247,5 @@ def test_a_feature_locked_only_by_the_stream_is_offered_as_writable(stage):
     width, temperature = s.model.feature("Width"), s.model.feature("Temperature")
     assert (width.access, width.pauses_stream) == (AccessMode.READ_WRITE, True)
     assert (temperature.access, temperature.pauses_stream) == (locked, False)
-    assert "pauses the stream" in tooltip_html(width)
-    assert "pauses the stream" not in tooltip_html(temperature)
+    assert "pauses the stream" in tooltip(width)
+    assert "pauses the stream" not in tooltip(temperature)
