@@ -83,7 +83,7 @@ def _keep(info: DeviceInfo, xml: bytes) -> None:
     if path is None:
         return
     try:
-        if path.is_file() and path.read_bytes() == xml:
+        if path.is_file() and read_bounded(path, MAX_STORED_BYTES, "description") == xml:
             return
         path.parent.mkdir(parents=True, exist_ok=True)
         environment.write_whole(path, xml)
