@@ -20,7 +20,7 @@ from grabbergui.cli.servo_robots import ROS2_PREFIX, YARP_PREFIX
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.robot import RobotState

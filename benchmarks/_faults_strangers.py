@@ -22,12 +22,15 @@ from benchmarks._faults import Outcome, fault
 from grabbergui import sources
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os.binary import encode_message
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import encode_header
 from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
-from grabbergui.net.yarp.os.values import Stamp, Vocab
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import Vocab
 
 CHAPTER = "A stranger on the network"
 FPS = 25
@@ -192,7 +195,7 @@ def send_lines_eightfold(address: Address, line: bytes) -> None:
 
 def open_many(addresses: list[Address], count: int) -> None:
     """Open this many connections to each port, half of them reversed, and hold them."""
-    reader = wire.encode_header(wire.FAST_TCP, "stranger") + b"".join(wire.encode_message("r"))
+    reader = encode_header(wire.FAST_TCP, "stranger") + b"".join(encode_message("r"))
     held = []
     for number in range(count):
         for address in addresses:

@@ -23,7 +23,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort
-from grabbergui.net.yarp.os.values import Stamp
+from grabbergui.net.yarp.os.stamp import Stamp
 from grabbergui.net.yarp.server import YarpGrabberServer
 
 YARP_NAME, ROS2_NAME = "/benchmark", "/benchmark"

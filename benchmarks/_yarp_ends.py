@@ -19,11 +19,11 @@ import numpy as np
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Target
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Stamp
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.target import Target
 
 SENDER, READER = "/benchmark/out", "/benchmark/in"
 LAST = 2**31 - 1

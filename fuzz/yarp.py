@@ -10,10 +10,18 @@ from numpy.typing import NDArray
 
 from fuzz._input import DATA, Input, erring, joined, refusing
 from grabbergui.net.yarp import grabber_rpc, image
-from grabbergui.net.yarp.os import carrier, name_client
+from grabbergui.net.yarp.mjpeg import JpegStreamReader, decode_jpeg, find_comment
+from grabbergui.net.yarp.os import carrier
+from grabbergui.net.yarp.os.binary import decode_name, decode_name_size, decode_number, encode_message
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.framing import BottleScanner, Reassembler, Receiver, split_datagrams
-from grabbergui.net.yarp.os.values import Dialect, Nesting, Stamp
+from grabbergui.net.yarp.os.bottle_text import Nesting
+from grabbergui.net.yarp.os.carrier import encode_header
+from grabbergui.net.yarp.os.contact import Contact
+from grabbergui.net.yarp.os.datagrams import Reassembler, split_datagrams
+from grabbergui.net.yarp.os.framing import BottleScanner, Receiver
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.target import Target
+from grabbergui.net.yarp.os.values import Dialect
 
 MOST_MEMORY = 1 << 20
 REQUESTS = (
@@ -31,13 +39,13 @@ def seeds() -> list[bytes]:
     bottle = Bottle.from_text('(a 1 2.5) [vo] {1 2 3} "text \\" more" -7 (1 2 3) () 1e300')
     texts = ["[set] [gain] 0.5", "(a (b (c)))", '"\\n"', "0x7f -0 1.", "{1 2"]
     captures = [path.read_bytes()[:4096] for path in sorted((DATA / "yarp").rglob("*")) if path.is_file()]
-    message = b"".join(bytes(part) for part in carrier.encode_message("d", [bottle.encode()]))
+    message = b"".join(bytes(part) for part in encode_message("d", [bottle.encode()]))
     return [
         *(b"\0" + form for form in (bottle.encode(), bottle.encode(Dialect.YARP4), *captures)),
         *(b"\1" + text.encode() for text in texts),
         b"\2" + message + message,
         b"\3" + image.encode_header("mono", 4, 2, 8) + bytes(16),
-        b"\4" + carrier.encode_header(carrier.TCP, "/me"),
+        b"\4" + encode_header(carrier.TCP, "/me"),
         *(b"\4" + capture for capture in captures),
         b"\5" + joined([b"".join(map(bytes, part)) for part in split_datagrams([message, bytes(3000)], 512)]),
         b"\6" + _stream_of(b".jpg"),
@@ -118,10 +126,10 @@ def _greeting(source: Input) -> None:
     data = source.rest()
     refusing(carrier.identify, data[:8])
     if len(data) >= 8:
-        refusing(carrier.decode_number, data[:8])
+        refusing(decode_number, data[:8])
     if len(data) >= 12:
-        size = refusing(carrier.decode_name_size, data[8:12])
-        carrier.decode_name(data[12 : 12 + (size or 0)])
+        size = refusing(decode_name_size, data[8:12])
+        decode_name(data[12 : 12 + (size or 0)])
 
 
 def _datagrams(source: Input) -> None:
@@ -133,12 +141,12 @@ def _datagrams(source: Input) -> None:
 
 
 def _images(source: Input) -> None:
-    reader = image.JpegStreamReader()
+    reader = JpegStreamReader()
     data = source.rest()
-    image.find_comment(data)
+    find_comment(data)
     for start in range(0, len(data), 100):
         for jpeg in refusing(reader.feed, data[start : start + 100]) or ():
-            refusing(image.decode_jpeg, jpeg)
+            refusing(decode_jpeg, jpeg)
 
 
 def _requests(source: Input) -> None:
@@ -147,6 +155,6 @@ def _requests(source: Input) -> None:
     if isinstance(call, grabber_rpc.Call):
         grabber_rpc.encode_request(call)
     text = data.decode("utf-8", "replace")
-    name_client.Contact.decode(text)
-    erring(carrier.Target.parse, text)
+    Contact.decode(text)
+    erring(Target.parse, text)
     Stamp.decode(text)

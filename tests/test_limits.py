@@ -36,6 +36,7 @@ from grabbergui.net import remote_grabber, tree
 from grabbergui.net.tree import TreeService, read_category
 from grabbergui.net.yarp import grabber_values, image
 from grabbergui.net.yarp.os import admin, carrier, codecs, framing, name_server, registry, values
+from grabbergui.net.yarp.os.binary import decode_name_size
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 
@@ -146,7 +147,7 @@ def property_of_size(count: int) -> None:
 
 
 def size_of_name(count: int) -> None:
-    carrier.decode_name_size(count.to_bytes(4, "little"))
+    decode_name_size(count.to_bytes(4, "little"))
 
 
 def revision_of_digits(count: int) -> None:
@@ -172,7 +173,7 @@ def revision_of_digits(count: int) -> None:
         (properties, (admin, "_MANY_PROPERTIES", 0), "a port keeps 256 properties"),
         (property_of_size, (admin, "_PROPERTY_BYTES", 0), "at most 4096 bytes"),
         (
-            lambda n: carrier.decode_name_size(n.to_bytes(4, "little")),
+            lambda n: decode_name_size(n.to_bytes(4, "little")),
             (carrier, "NAME_LIMIT", 0),
             "1 to 1000",
         ),

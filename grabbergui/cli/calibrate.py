@@ -334,7 +334,7 @@ def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
 
 
 def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:
-    from grabbergui.net.ros2.image_messages import StaticFrame
+    from grabbergui.net.ros2.camera_pose import StaticFrame
 
     frame = StaticFrame(placement.mount, placement.frame, placement.on_mount(result.camera))
     frame.open()

@@ -135,7 +135,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
         parse_address(options.metrics)
     if options.yarp:
-        from grabbergui.net.yarp.os.carrier import check_port_name
+        from grabbergui.net.yarp.os.target import check_port_name
 
         check_port_name(options.yarp)
     with stop_on_signals() as stop, ExitStack() as stack:
@@ -273,8 +273,8 @@ def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibrat
 def _on_yarp(
     grabber: FrameGrabber, options: ServeOptions, calibration: FittedCalibration
 ) -> Iterator[YarpGrabberServer | None]:
-    from grabbergui.net.yarp.image import Capability
-    from grabbergui.net.yarp.os.name_client import require_authentication
+    from grabbergui.net.yarp.grabber_image import Capability
+    from grabbergui.net.yarp.os.configuration import require_authentication
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.terminal import remote_terminal
 

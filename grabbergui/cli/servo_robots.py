@@ -123,8 +123,8 @@ def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> S
 def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> None:
     """Publish what the loop sees and does, and take stops from the networks, until `stack` closes."""
     if options.publish:
-        from grabbergui.net.yarp.os.carrier import check_port_name
         from grabbergui.net.yarp.os.name_client import NameClient
+        from grabbergui.net.yarp.os.target import check_port_name
         from grabbergui.servo.publishers import YarpPublisher
 
         ports = YarpPublisher(runner, NameClient.find(options.nameserver), check_port_name(options.publish))
@@ -309,7 +309,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 
 def _described_urdf(stack: ExitStack) -> Path | None:
     """Write the robot's `/robot_description` to a file, and return that; None if none is published."""
-    from grabbergui.net.ros2.runtime import require_packages
+    from grabbergui.net.ros2.requirements import require_packages
     from grabbergui.servo.robots.tiago_messages import PACKAGES
     from grabbergui.servo.robots.tiago_parts import receive_description
 

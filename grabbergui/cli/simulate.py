@@ -25,7 +25,8 @@ from grabbergui.servo.robots.fault_list import DEFAULT_AFTER, FAULTS, Fault
 
 if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
-    from grabbergui.net.yarp.os.name_client import Contact, NameClient
+    from grabbergui.net.yarp.os.contact import Contact
+    from grabbergui.net.yarp.os.name_client import NameClient
     from grabbergui.net.yarp.os.name_server import NameServer
     from grabbergui.servo.robots.robot import KinematicModel
     from grabbergui.servo.robots.simulated import SimRobot
@@ -217,7 +218,7 @@ def _add_teo(commands: Any) -> None:
 
 
 def _simulate_teo(options: argparse.Namespace) -> int:
-    from grabbergui.net.yarp.os.carrier import check_port_name
+    from grabbergui.net.yarp.os.target import check_port_name
     from grabbergui.net.yarp.os.values import Dialect
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo.robots import teo
@@ -475,7 +476,7 @@ def _running(server: NameServer) -> Iterator[Contact]:
 def _warn_of_another(ours: Contact) -> None:
     """Warn if YARP's configuration names another name server, where all other programs look for ports."""
     from grabbergui.net.yarp.os import sockets
-    from grabbergui.net.yarp.os.name_client import name_server
+    from grabbergui.net.yarp.os.configuration import name_server
 
     with suppress(GrabberError, OSError):
         configured = name_server()

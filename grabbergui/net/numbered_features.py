@@ -154,7 +154,6 @@ class NumberedFeatures:
             raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what}", what)
         return name
 
-    # -- what there is ---------------------------------------------------------------------------
     def has(self, number: int) -> bool:
         """Return whether the camera has the feature."""
         name = self.name(number)
@@ -180,7 +179,6 @@ class NumberedFeatures:
         name = self.name(number)
         return name is not None and self._modes.has_on_off(name)
 
-    # -- values ----------------------------------------------------------------------------------
     def feature(self, number: int) -> Feature:
         """Return the feature, with value and limits in SFNC's unit."""
         own = self._own(number)
@@ -229,7 +227,6 @@ class NumberedFeatures:
                     self._grabber.write_setting(red, before.value)
                 raise
 
-    # -- modes -----------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:
         """Return whether the camera regulates it at the moment."""
         return FeatureMode.AUTO if self._modes.automatic(self.require(number)) else FeatureMode.MANUAL
@@ -253,7 +250,6 @@ class NumberedFeatures:
         """Switch it on or off."""
         self._modes.set_active(self.require(number), on)
 
-    # -- inside ----------------------------------------------------------------------------------
     def _own(self, number: int) -> Feature:
         """Return a feature in the camera's own unit."""
         return self._grabber.feature(self.require(number))
@@ -376,7 +372,6 @@ class FeatureModes:
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
 
-    # -- what there is ---------------------------------------------------------------------------
     def has_auto(self, name: str) -> bool:
         """Return whether the camera can regulate it by itself."""
         auto = self._automatic(name)
@@ -395,7 +390,6 @@ class FeatureModes:
         """Return whether it can be switched on and off."""
         return self._switch(name) is not None
 
-    # -- automatic mode --------------------------------------------------------------------------
     def automatic(self, name: str) -> bool:
         """Return whether the camera regulates it at the moment."""
         return regulating(self._automatic(name))
@@ -417,7 +411,6 @@ class FeatureModes:
             raise FeatureAccessError(f"{name} cannot be regulated once on this camera", name)
         self._grabber.write_feature(auto.name, AUTO_ONCE)
 
-    # -- on and off ------------------------------------------------------------------------------
     def active(self, name: str) -> bool:
         """Return whether it is switched on; a feature without a switch is always on."""
         switch = self._switch(name)
@@ -431,7 +424,6 @@ class FeatureModes:
         value: FeatureValue = on if switch.kind is FeatureKind.BOOLEAN else _ON if on else _OFF
         self._grabber.write_feature(switch.name, value)
 
-    # -- inside ----------------------------------------------------------------------------------
     def _automatic(self, name: str) -> Feature | None:
         return self._feature(automatic_mode_of(name, self._grabber.has_feature))
 

@@ -99,7 +99,6 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
     def access(self) -> Access:
         return self._access
 
-    # -- the other end, and the camera behind it -------------------------------------------------
     @property
     @override
     def lost(self) -> str:
@@ -155,7 +154,6 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             require_same(self.info, info)
         self.info = info
 
-    # -- features --------------------------------------------------------------------------------
     @override
     def feature_tree(self) -> Category:
         return self._known().tree
@@ -199,7 +197,6 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         with self._lock:
             self._connected().execute(name)
 
-    # -- settings: one request where the server selects by itself --------------------------------
     @override
     def read_setting(self, key: SettingKey) -> Feature:
         self._require(key.name)
@@ -247,7 +244,6 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         if self.access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: {self.info.title} was opened for reading only", name)
 
-    # -- values before a loss --------------------------------------------------------------------
     def _shown(self, name: str) -> SettingKey | None:
         """Return the setting that a feature shows; None if its selectors have not been read."""
         path = [SettingKey(selector) for selector in self.selectors.of(name)]
@@ -290,7 +286,6 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
                 unlike.append(f"{key} is {format_value(feature.value)} instead of {format_value(before)}")
         self.unlike_before, self.changed_meanwhile = tuple(unlike), ()
 
-    # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:
         """Stop receiving frames. The remote camera itself continues."""
         with self._stream_lock:

@@ -12,11 +12,12 @@ from typing_extensions import override
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os.binary import encode_message
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Header
+from grabbergui.net.yarp.os.events import Header
 from grabbergui.net.yarp.os.link import greet
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.guardian import Channel
 
@@ -32,7 +33,7 @@ class StreamChannel(Channel):
         """`stop` is the Bottle as text, `dialect` a `Dialect`'s value."""
         self.name = port
         self._names = NameClient.find(nameserver)
-        self._stop = wire.encode_message("D", [_encoded(stop, Dialect(dialect))])
+        self._stop = encode_message("D", [_encoded(stop, Dialect(dialect))])
         self._sock: socket.socket | None = None
 
     @override

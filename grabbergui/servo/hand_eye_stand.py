@@ -21,7 +21,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.ros2.image_messages import StaticFrame
+from grabbergui.net.ros2.camera_pose import StaticFrame
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector

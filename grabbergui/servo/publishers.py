@@ -26,13 +26,15 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, pose, vector_from_pose
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2.image_messages import fill_pose
-from grabbergui.net.ros2.runtime import Ros2Node, full_name, require_packages
+from grabbergui.net.ros2.camera_pose import fill_pose
+from grabbergui.net.ros2.requirements import require_packages
+from grabbergui.net.ros2.runtime import Ros2Node, full_name
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
-from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import Item, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.runner import Runner

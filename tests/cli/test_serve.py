@@ -21,7 +21,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import AccessMode
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from patience import PATIENCE, PROGRAM
 
 SMALL = "sim:?width=64&height=48&fps=100"

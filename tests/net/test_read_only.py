@@ -18,7 +18,7 @@ from grabbergui.net.yarp.grabber_values import Kind, tree_request
 from grabbergui.net.yarp.os import admin
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.link import administer
-from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.terminal import Interpreter, remote_terminal

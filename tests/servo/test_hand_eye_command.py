@@ -14,7 +14,7 @@ from grabbergui.calibration.hand_eye import HandEyeResult, Placement
 from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.models.hand_eye import HandEyeModel
-from grabbergui.net.ros2.image_messages import publish_frame
+from grabbergui.net.ros2.camera_pose import publish_frame
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.hand_eye_run import EYES, HandEyeRun

@@ -12,6 +12,7 @@ from grabbergui.core.frame_queue import FrameSink
 from grabbergui.driver.sim.rendered_scene import Things
 from grabbergui.net.yarp.os.values import Dialect
 from grabbergui.servo import closed_loop
+from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.fault_list import Fault
 from grabbergui.servo.robots.faults import Faults
@@ -97,7 +98,7 @@ def place_at_home():
 def frames(request):
     """Frames of a camera whose fault has begun."""
     robot = SimRobot(teo.MODEL, faults=Faults([Fault(request.param, 0.0)]))
-    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(closed_loop.MarkerConfig(), Things()))
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig(), Things()))
     camera.open()
     faulty = FaultyCamera(camera, robot)
     faulty.open()

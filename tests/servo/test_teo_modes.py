@@ -9,7 +9,7 @@ from robots_for_tests import RecordingRobot
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import AckTimeoutError
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate

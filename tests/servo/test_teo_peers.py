@@ -9,7 +9,7 @@ import pytest
 
 from grabbergui.calibration import geometry
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.events import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.robots import teo, teo_messages

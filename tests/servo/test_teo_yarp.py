@@ -20,10 +20,10 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.events import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
-from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

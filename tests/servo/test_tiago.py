@@ -21,6 +21,7 @@ from grabbergui.servo.state_machine import State
 pinocchio = pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
 pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
 
+from grabbergui.net.ros2.requirements import require_packages  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.tiago import UrdfChain, load_urdf  # noqa: E402
 
@@ -238,4 +239,4 @@ def test_a_message_package_that_is_missing_is_named(monkeypatch):
     for module in ("trajectory_msgs", "trajectory_msgs.msg"):
         monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(SourceUnavailableError, match="the ROS 2 package trajectory_msgs is not installed"):
-        runtime.require_packages("trajectory_msgs.msg")
+        require_packages("trajectory_msgs.msg")

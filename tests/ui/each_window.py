@@ -13,7 +13,7 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.cli import main
-from grabbergui.ui import application
+from grabbergui.ui.gui_thread import GuiThreadCollector
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from patience import PATIENCE
 
@@ -21,7 +21,7 @@ SHOWN = b"SHOWN\n"
 LOOK_MS = 50
 
 
-class Watching(application.GuiThreadCollector):
+class Watching(GuiThreadCollector):
     """Says on stderr when an image is on the screen, or the text that the environment names."""
 
     def __init__(self, app):
@@ -44,7 +44,7 @@ class Watching(application.GuiThreadCollector):
                 seen[0].window().close()
 
 
-application.GuiThreadCollector = Watching
+GuiThreadCollector = Watching
 
 
 def show(arguments, wanted, closed):

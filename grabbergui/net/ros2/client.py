@@ -38,7 +38,8 @@ from grabbergui.net.ros2.client_link import (
     topics_of,
 )
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
-from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, full_name, require_ros2
+from grabbergui.net.ros2.requirements import require_ros2
+from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, full_name
 from grabbergui.net.tree import TreeFeatures
 
 log = logging.getLogger(__name__)
@@ -84,7 +85,6 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access = Access.CONTROL) -> None:
         """Raises SourceUnavailableError without ROS 2."""
@@ -126,7 +126,6 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
 
-    # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
         """Subscribe; the remote camera itself is not touched."""
         with self._stream_lock:
@@ -155,7 +154,6 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         stream = self._stream
         return stream.calibration() if stream is not None else None
 
-    # -- the other end ---------------------------------------------------------------------------
     def _find(self, topics: Sequence[str], timeout: float) -> CameraLink:
         """Wait for one of the topics, and join the node that publishes it. Raises SourceNotFoundError."""
         assert self._ros is not None
@@ -208,7 +206,6 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             raise DeviceLostError(self._refused)
         return self._known()
 
-    # -- on the watching thread ------------------------------------------------------------------
     def _watch(self) -> None:
         present, polls = True, 0
         while not self._closing.wait(WATCH_PERIOD):

@@ -12,7 +12,8 @@ from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
-from grabbergui.net.ros2.runtime import DISCOVERY_S, require_interfaces
+from grabbergui.net.ros2.requirements import require_interfaces
+from grabbergui.net.ros2.runtime import DISCOVERY_S
 from grabbergui.net.tree import TreeFeatures, error_of, loads, read_info
 
 SERVICE_TIMEOUT = DISCOVERY_S
@@ -185,7 +186,6 @@ class CameraLink:
         """Seconds since the first request that has no answer, nor any after it; 0 if the last has one."""
         return 0.0 if self._unanswered_since is None else time.monotonic() - self._unanswered_since
 
-    # -- services --------------------------------------------------------------------------------
     def _ours(self) -> bool:
         from rclpy.node import NodeNameNonExistentError
 

@@ -13,7 +13,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.scan3d import FollowedScan3d
-from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, in_camera_units, kind_of
+from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, kind_of
+from grabbergui.net.distances import in_camera_units
 from grabbergui.net.ros2.client_link import IMAGE_TYPE, publishers_of
 from grabbergui.net.ros2.image_messages import Continuity, frame_of, read_camera_info
 from grabbergui.net.ros2.runtime import quality_of_service, steady_timer
@@ -84,7 +85,6 @@ class ComponentSubscriptions:
             quality_of_service("sensor_data"),
         )
 
-    # -- on the node's thread --------------------------------------------------------------------
     def _on_image(self, name: str, topic: str, message: Any) -> None:
         try:
             frame = frame_of(message, 0)
@@ -226,7 +226,6 @@ class ImageStream:
         )
         self._subscriptions = [subscription, info]
 
-    # -- on the node's thread --------------------------------------------------------------------
     def _on_image(self, message: Any) -> None:
         try:
             frame = frame_of(message, self._counters.frames + 1)

@@ -7,30 +7,24 @@ Further components of the frames have topics of their own: images, and point clo
 from __future__ import annotations
 
 import array
-import ctypes
 import functools
 import logging
-import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from grabbergui.calibration.camera_info import FittedCalibration
-from grabbergui.core.calibration import Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
-from grabbergui.core.scan3d import CurrentScan3d, PointCloud
-from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of, in_metres
-from grabbergui.net.ros2.image_messages import describe, fill_camera_info, message_bytes, pixels_of
+from grabbergui.net.ros2.component_topics import ComponentTopics
+from grabbergui.net.ros2.image_messages import fill_camera_info
+from grabbergui.net.ros2.image_writer import ImageWriter
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
@@ -199,197 +193,3 @@ class _Stamps:
 def _fill(header: Any, stamp: tuple[int, int], frame_id: str) -> None:
     header.stamp.sec, header.stamp.nanosec = stamp
     header.frame_id = frame_id
-
-
-# -- components ----------------------------------------------------------------------------------
-_FIELDS = (("x", 0), ("y", 4), ("z", 8), ("rgb", 12))
-_POINT = np.dtype([("position", "<f4", (3,)), ("rgb", "<u4")])
-_MILLIMETRES = np.float32(1000)
-
-Stamp = Callable[[Any, Frame], None]
-"""Fills a message's header for a frame."""
-
-
-class ComponentTopics:
-    """Each further image of the frames, with its camera_info, as `range/image`.
-
-    Range images are 32FC1 in metres, NaN where nothing was measured (REP 118); a camera that reports no scale
-    has its own values in `16UC1` or whatever fits. `range/points` are in metres, x to the right, y down, z
-    forward (REP 103's optical frame), with the brightness of an intensity image of the same size. A topic
-    without subscribers is neither converted nor sent.
-    """
-
-    def __init__(
-        self,
-        node: Any,
-        grabber: FrameGrabber,
-        publisher: Callable[[Any, str], Any],
-        stamp: Stamp,
-        camera_info: Callable[[Frame, Frame], Any],
-    ) -> None:
-        """`publisher` makes one for a message type and a topic; `stamp` fills headers.
-
-        `camera_info` returns the message for a frame's component.
-        """
-        from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
-
-        self._image_type, self._info_type = Image, CameraInfo
-        self._cloud_type, self._field_type = PointCloud2, PointField
-        self._publisher, self._stamp, self._camera_info = publisher, stamp, camera_info
-        self._scan = CurrentScan3d(grabber)
-        self._writer = ImageWriter()
-        self._topics: dict[str, tuple[Any, Any]] = {}
-        "Publishers of the image and its camera_info, by component."
-        self._points: Any = None
-        self._sink = FrameSink(grabber, self._publish, name="ros2 components", reopens=True)
-
-    def start(self) -> None:
-        """Publish from now on."""
-        self._sink.start()
-
-    def stop(self) -> None:
-        """End the thread. May be called twice."""
-        self._sink.stop()
-        self._scan.close()
-
-    def _publish(self, frame: Frame) -> bool:
-        """Publish on the topics that have subscribers; return whether there was one."""
-        if not frame.parts and not frame.pixel_format.is_coordinate:
-            return False
-        sent = False
-        for name, part in components_of(frame):
-            images, infos = self._of_component(name)
-            if images is not None and images.get_subscription_count():
-                message = self._image_type()
-                self._stamp(message.header, frame)
-                image = in_metres(frame.of_component(part), self._scan.value)
-                self._writer.publish([images], message, image)
-                sent = True
-            if infos is not None and infos.get_subscription_count():
-                message = self._camera_info(frame, frame.of_component(part))
-                self._stamp(message.header, frame)
-                infos.publish(message)
-                sent = True
-            if part.pixel_format.is_coordinate and self._points is None:
-                self._points = self._publisher(self._cloud_type, "~/range/points")
-        if self._points is not None and self._points.get_subscription_count():
-            message = self._cloud(frame, self._scan.value)
-            self._stamp(message.header, frame)
-            self._points.publish(message)
-            sent = True
-        return sent
-
-    def _of_component(self, name: str) -> tuple[Any, Any]:
-        if name not in self._topics and len(self._topics) < MOST_COMPONENTS:
-            kinds = (self._image_type, "image"), (self._info_type, "camera_info")
-            images, infos = (self._publisher(kind, f"~/{name}/{topic}") for kind, topic in kinds)
-            self._topics[name] = images, infos
-        return self._topics.get(name, (None, None))
-
-    def _cloud(self, frame: Frame, scan: Scan3d) -> Any:
-        cloud = PointCloud.of(frame, scan)
-        points = np.empty(len(cloud.points), _POINT)
-        points["position"] = cloud.points / _MILLIMETRES
-        points["rgb"] = 0
-        if cloud.colours is not None:
-            red, green, blue = cloud.colours.T.astype(np.uint32)
-            points["rgb"] = red << 16 | green << 8 | blue
-        message = self._cloud_type()
-        message.height, message.width = 1, len(points)
-        names = _FIELDS if cloud.colours is not None else _FIELDS[:3]
-        float32 = self._field_type.FLOAT32
-        message.fields = [
-            self._field_type(name=name, offset=offset, datatype=float32, count=1) for name, offset in names
-        ]
-        message.is_bigendian, message.is_dense = False, True
-        message.point_step, message.row_step = _POINT.itemsize, points.nbytes
-        message.data = message_bytes(points)
-        return message
-
-
-# -- images without copies in between ------------------------------------------------------------
-_LENGTH_BYTES = 4
-"""Size of the length field in front of the pixels."""
-
-
-class ImageWriter:
-    """Publishes `sensor_msgs/msg/Image` with one copy of the pixels. One thread.
-
-    rclpy copies an image three times, each time into new memory, while it holds the GIL, so that the camera's
-    packets wait. Here rclpy serializes the message without pixels. They are written behind that, into memory
-    that is kept, and rcl publishes all of it from there, without the GIL.
-    """
-
-    def __init__(self) -> None:
-        self._rcl = _rcl()
-        self._memory = np.empty(0, np.uint8)
-
-    def publish(self, publishers: Sequence[Any], message: Any, frame: Frame) -> None:
-        """Publish a frame in a message of which the caller has filled the header.
-
-        Raises PixelFormatError for a format without encoding, and what rclpy's `publish` raises.
-        """
-        pixels, left = pixels_of(frame), publishers
-        describe(message, frame, pixels)
-        if self._rcl is not None and (serialized := self._serialized(message, pixels)) is not None:
-            left = [publisher for publisher in publishers if not self._rcl.publish(publisher, serialized)]
-        if left:  # rclpy raises the reason of a failure
-            message.data = message_bytes(pixels)
-            for publisher in left:
-                publisher.publish(message)
-
-    def _serialized(self, message: Any, pixels: NDArray[Any]) -> NDArray[np.uint8] | None:
-        """Return the message in the memory that is kept; None if it does not end with its data."""
-        from rclpy.serialization import serialize_message
-
-        head: bytes = serialize_message(message)
-        if head[-_LENGTH_BYTES:] != bytes(_LENGTH_BYTES):
-            return None
-        size = len(head) + pixels.nbytes
-        if self._memory.size < size:
-            self._memory = np.empty(size, np.uint8)
-        serialized = self._memory[:size]
-        start = head[:-_LENGTH_BYTES] + pixels.nbytes.to_bytes(_LENGTH_BYTES, sys.byteorder)
-        serialized[: len(start)] = np.frombuffer(start, np.uint8)
-        np.copyto(serialized[len(start) :].view(pixels.dtype).reshape(pixels.shape), pixels)
-        return serialized
-
-
-class _SerializedMessage(ctypes.Structure):
-    """rcl_serialized_message_t; its allocator (five pointers) is not used for publishing."""
-
-    _fields_ = (
-        ("buffer", ctypes.c_void_p),
-        ("length", ctypes.c_size_t),
-        ("capacity", ctypes.c_size_t),
-        ("allocator", ctypes.c_void_p * 5),
-    )
-
-
-class _Rcl:
-    """The one function of rcl that rclpy offers only for `bytes`, of which it makes another copy."""
-
-    def __init__(self, rcl: ctypes.CDLL, rcutils: ctypes.CDLL) -> None:
-        self._publish = rcl.rcl_publish_serialized_message
-        self._publish.argtypes = (ctypes.c_void_p, ctypes.POINTER(_SerializedMessage), ctypes.c_void_p)
-        self._publish.restype = ctypes.c_int
-        self._reset_error = rcutils.rcutils_reset_error
-        self._reset_error.restype = None
-
-    def publish(self, publisher: Any, serialized: NDArray[np.uint8]) -> bool:
-        """Return whether rcl took the message; it has copied it by then."""
-        message = _SerializedMessage(serialized.ctypes.data, serialized.size, serialized.size)
-        with publisher.handle:  # keeps it from being destroyed
-            if self._publish(publisher.handle.pointer, ctypes.byref(message), None) == 0:
-                return True
-        self._reset_error()
-        return False
-
-
-@functools.cache
-def _rcl() -> _Rcl | None:
-    """Return the library that rclpy has loaded, by its bare name; None if it has another name."""
-    try:
-        return _Rcl(ctypes.CDLL("librcl.so"), ctypes.CDLL("librcutils.so"))
-    except (OSError, AttributeError):
-        return None

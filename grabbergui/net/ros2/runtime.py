@@ -3,34 +3,23 @@
 from __future__ import annotations
 
 import atexit
-import ctypes
-import functools
-import importlib
 import logging
-import math
 import os
-import queue
 import re
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
-from typing_extensions import override
-
-from grabbergui.core.environment import shell_command
 from grabbergui.core.errors import AccessDeniedError, SourceUnavailableError, UsageError
 from grabbergui.core.shared_folder import MEMORY
 from grabbergui.net.ros2 import shared_memory as memory
+from grabbergui.net.ros2.requirements import require_ros2
 
 log = logging.getLogger(__name__)
 
-_OR_SOURCE = "or source the system's setup.bash first"
 QUEUE_DEPTH = 5
 """Images that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
@@ -48,79 +37,6 @@ AT_EXIT_S = 2.0
 "Seconds for which the end of the program waits for a callback."
 
 
-# -- what to do without ROS 2 --------------------------------------------------------------------
-def require_ros2() -> None:
-    """Raise SourceUnavailableError, in one line, where rclpy or its middleware is missing, or would hang."""
-    memory.require_unblocked()
-    _require_middleware()
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        raise SourceUnavailableError(
-            f"ROS 2 is not installed: run `{shell_command('setup', 'ros2')}`, {_OR_SOURCE} ({error})"
-        ) from error
-
-
-@functools.cache
-def _require_middleware() -> None:
-    """Raise SourceUnavailableError if RMW_IMPLEMENTATION is not installed; rcl would end this process."""
-    wanted = os.environ.get("RMW_IMPLEMENTATION")
-    if not wanted or "rclpy" in sys.modules:
-        return
-    probe = subprocess.run([sys.executable, "-c", "import rclpy"], capture_output=True, check=False)
-    if probe.returncode and b"exiting with" in probe.stderr:
-        raise SourceUnavailableError(
-            f"ROS 2 cannot start: RMW_IMPLEMENTATION={wanted} is not installed with it; install it, or unset "
-            "the variable"
-        )
-
-
-def require_packages(*modules: str) -> None:
-    """Raise SourceUnavailableError, in one line, where rclpy or one of the modules is missing."""
-    require_ros2()
-    for module in modules:
-        try:
-            importlib.import_module(module)
-        except ImportError as error:
-            package = module.partition(".")[0]
-            raise SourceUnavailableError(
-                f"the ROS 2 package {package} is not installed: run "
-                f"`{shell_command('setup', 'ros2')}` ({error})"
-            ) from error
-
-
-def require_interfaces() -> None:
-    """Raise SourceUnavailableError, in one line, where our services' package is missing."""
-    try:
-        import grabber_interfaces.srv
-    except ImportError as error:
-        raise SourceUnavailableError(
-            f"the package grabber_interfaces is not built: run `{shell_command('setup', 'ros2')}` ({error})"
-        ) from error
-    load_type_support(grabber_interfaces)
-
-
-def load_type_support(package: ModuleType) -> None:
-    """Load the libraries of an interface package, once, wherever it is installed."""
-    _load_libraries(Path(str(package.__file__)))
-
-
-@functools.cache
-def _load_libraries(package: Path) -> None:
-    """Load a package's libraries from `<prefix>/lib`.
-
-    The middleware opens them by bare name, on the path of a sourced setup file. Our package may be installed
-    in an environment that is not sourced; libraries that are already loaded are found by name.
-    """
-    libraries = package.parents[3].glob(f"lib{package.parent.name}__rosidl_typesupport_*_c.so")
-    for library in sorted(libraries):
-        try:
-            ctypes.CDLL(str(library))
-        except OSError as error:  # of a middleware that is not installed
-            log.debug("%s: %s", library, error)
-
-
-# -- names ---------------------------------------------------------------------------------------
 _FULL_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
 
 
@@ -138,7 +54,6 @@ def full_name(text: str, what: str) -> str:
     return name
 
 
-# -- the node ------------------------------------------------------------------------------------
 class Ros2Node:
     """A node in a context of its own, spun by one thread until closed.
 
@@ -325,65 +240,3 @@ def _is_ours(profiles: str) -> bool:
         return _OURS in Path(profiles).read_text("utf-8")
     except (OSError, UnicodeDecodeError):
         return False
-
-
-# -- its log -------------------------------------------------------------------------------------
-_MOST_RECORDS = 100
-"""Records that may wait to be published; further ones are only in the log."""
-
-
-class RosoutHandler(logging.Handler):
-    """Publishes what the package logs, from warnings on, as long as it is open.
-
-    Records come from any thread, which never waits for the network: a thread of the handler publishes them.
-    """
-
-    def __init__(self, node: Any) -> None:
-        super().__init__(logging.WARNING)
-        from rcl_interfaces.msg import Log
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-
-        self._message = Log
-        self._node = node
-        # As rcl's own publisher for it: a console that is started later sees the last of them too.
-        quality = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._publisher = node.create_publisher(Log, "/rosout", quality)
-        self._records: queue.Queue[logging.LogRecord | None] = queue.Queue(_MOST_RECORDS)
-        self._thread = threading.Thread(target=self._run, name="ros2 rosout", daemon=True)
-        self._thread.start()
-        logging.getLogger("grabbergui").addHandler(self)
-
-    @override
-    def emit(self, record: logging.LogRecord) -> None:
-        try:
-            self._records.put_nowait(record)
-        except queue.Full:
-            return
-
-    def close(self) -> None:
-        """Publish what waits, and stop. May be called twice."""
-        logging.getLogger("grabbergui").removeHandler(self)
-        if self._thread.is_alive():
-            self._records.put(None)
-            self._thread.join()
-        super().close()
-
-    def _run(self) -> None:
-        while (record := self._records.get()) is not None:
-            try:
-                self._publisher.publish(self._log(record))
-            except Exception:
-                self.handleError(record)  # as every handler does; the next record is still wanted
-
-    def _log(self, record: logging.LogRecord) -> Any:
-        fraction, seconds = math.modf(record.created)
-        message = self._message(
-            level=min(record.levelno, logging.CRITICAL),  # ROS numbers them as Python does
-            name=self._node.get_logger().name,
-            msg=sendable(record.getMessage()),
-            file=record.filename,
-            function=record.funcName or "",
-            line=record.lineno,
-        )
-        message.stamp.sec, message.stamp.nanosec = int(seconds), int(fraction * 1e9)
-        return message

@@ -26,11 +26,11 @@ from grabbergui.core.uri import SourceUri, YarpOptions, read_options
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.tree import TreeFeatures
 from grabbergui.net.yarp.client_stream import ComponentReaders, ImageStream
-from grabbergui.net.yarp.grabber_ends import Features, GrabberLink
-from grabbergui.net.yarp.image import MONO, PIXELS
+from grabbergui.net.yarp.grabber_image import MONO, PIXELS
+from grabbergui.net.yarp.grabber_link import Features, GrabberLink
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os.carrier import check_port_name
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.target import check_port_name
 
 log = logging.getLogger(__name__)
 
@@ -92,7 +92,6 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
         self._starts_on_return = False
         "Whether to start the stream once the server is back."
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access = Access.CONTROL) -> None:
         """Raises SourceUnavailableError without a name server."""
@@ -139,7 +138,6 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
             self._disconnect()
             self._features = None
 
-    # -- features --------------------------------------------------------------------------------
     @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         feature = super().write_feature(name, value)
@@ -164,7 +162,6 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
             raise DeviceLostError(f"{self._name} is not available; it is reconnected when it returns")
         return self._known()
 
-    # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
         """Receive frames, once the server is back if it is away. It decides whether the camera runs."""
@@ -200,7 +197,6 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
         self._starts_on_return = False
         super().stop()
 
-    # -- loss and return -------------------------------------------------------------------------
     def _connect(self, names: NameClient) -> tuple[GrabberLink, Features]:
         if names.query(self._name).address == names.server.address or self._name == names.server.name:
             raise TransportError(

@@ -117,7 +117,6 @@ class NumberFeatures:
         before, self._seen = self._seen, now
         return frozenset(name for name, feature in now.items() if before.get(name) != feature)
 
-    # -- what the server has ---------------------------------------------------------------------
     def _explore(self, number: FeatureId) -> _Numbered | None:
         if not self._flag(Operation.HAS_FEATURE, number):
             return None
@@ -176,7 +175,6 @@ class NumberFeatures:
             ),
         )
 
-    # -- reading ---------------------------------------------------------------------------------
     def _read_numbered(self, numbered: _Numbered) -> Feature:
         if numbered.two_values:
             pair = self._numbers(Operation.GET_VALUES, numbered.number)
@@ -250,7 +248,6 @@ class NumberFeatures:
             value=int(_number(reply.values[0])) if reply.ok else None,
         )
 
-    # -- writing ---------------------------------------------------------------------------------
     def _write_numbered(self, numbered: _Numbered, value: FeatureValue) -> None:
         if not numbered.two_values:
             self._do(numbered.name, Operation.SET_VALUE, numbered.number, float(value))
@@ -278,7 +275,6 @@ class NumberFeatures:
     def _write_selector(self, value: FeatureValue) -> None:
         self._channel = str(value)
 
-    # -- asking ----------------------------------------------------------------------------------
     def _flag(self, operation: Operation, number: FeatureId) -> bool:
         reply = self._ask(operation, number)
         return reply.ok and reply.values[0] is True

@@ -24,13 +24,14 @@ from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import FollowedScan3d
-from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, in_camera_units, kind_of
+from grabbergui.net.component_joiner import MOST_COMPONENTS, ComponentJoiner, kind_of
+from grabbergui.net.distances import in_camera_units
 from grabbergui.net.sender_clock import SenderClock
 from grabbergui.net.yarp.image import HEADER, ImageHeader
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import InputPort
-from grabbergui.net.yarp.os.values import Stamp
+from grabbergui.net.yarp.os.stamp import Stamp
 
 log = logging.getLogger(__name__)
 

@@ -20,17 +20,19 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.scan3d import CurrentScan3d
-from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of, in_metres
+from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of
+from grabbergui.net.distances import in_metres
 from grabbergui.net.tree import Terminal, no_terminal
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.grabber_ends import GrabberService
-from grabbergui.net.yarp.image import Capability
+from grabbergui.net.yarp.grabber_image import MONO, PIXELS, Capability
+from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Stamp, item_text
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import item_text
 
 log = logging.getLogger(__name__)
 
@@ -201,9 +203,9 @@ class _Publisher:
         if self._due <= now:
             self._due = now + self._period
         stamp = Stamp(self.published, frame.received_ns / 1e9).encode()
-        for layout in self.port.asked_for(image.PIXELS):
-            header, pixels = self._capability.encode(frame, mono=layout == image.MONO)
-            self.port.write(header, pixels, stamp, only=(image.PIXELS, layout))
+        for layout in self.port.asked_for(PIXELS):
+            header, pixels = self._capability.encode(frame, mono=layout == MONO)
+            self.port.write(header, pixels, stamp, only=(PIXELS, layout))
         self.published += 1
         return True
 

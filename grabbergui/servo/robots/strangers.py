@@ -16,9 +16,9 @@ from typing_extensions import override
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import GrabberError
-from grabbergui.net.yarp.os.carrier import Target
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort
+from grabbergui.net.yarp.os.target import Target
 from grabbergui.net.yarp.os.values import Dialect
 from grabbergui.servo.robots import teo_messages, tiago, tiago_messages
 from grabbergui.servo.robots.faults import STRANGER_PERIOD

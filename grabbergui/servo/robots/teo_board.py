@@ -19,7 +19,8 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Dialect, Item, Stamp, Vocab, word
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import STEP_SPEED, SimRobot
 

@@ -17,11 +17,11 @@ from typing_extensions import override
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import GrabberError, ProtocolError, TransportError
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Target
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.target import Target
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.robots import teo, teo_messages
 from grabbergui.servo.robots.robot import Robot, RobotState, leading_hand, leading_head

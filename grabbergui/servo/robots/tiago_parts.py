@@ -20,7 +20,8 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.net.ros2.client_link import publishers_of
-from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, load_type_support, steady_timer
+from grabbergui.net.ros2.requirements import load_type_support
+from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, steady_timer
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.tiago_messages import Drive, Kind, Stream, Trajectory

@@ -18,7 +18,8 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     TransportError,
 )
-from grabbergui.net.ros2.runtime import Ros2Node, require_packages
+from grabbergui.net.ros2.requirements import require_packages
+from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.guardian import Channel
 from grabbergui.servo.robots import tiago, tiago_parts
 from grabbergui.servo.robots import tiago_messages as messages

@@ -15,8 +15,9 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceUnavailableError
-from grabbergui.net.ros2.image_messages import publish_frame
-from grabbergui.net.ros2.runtime import Ros2Node, require_packages, steady_timer
+from grabbergui.net.ros2.camera_pose import publish_frame
+from grabbergui.net.ros2.requirements import require_packages
+from grabbergui.net.ros2.runtime import Ros2Node, steady_timer
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD

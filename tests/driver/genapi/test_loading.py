@@ -16,6 +16,7 @@ from genicam import genapi
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi import parse_cache, port
 from grabbergui.driver.genapi.parse_cache import Known
+from grabbergui.driver.genapi.vetting import vetted
 from patience import PROGRAM
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
@@ -229,7 +230,7 @@ def test_a_semaphore_of_another_user_does_not_stop_a_known_description(cache, mo
 
     monkeypatch.setattr(parse_cache, "_semaphore_of", semaphore_of)
     with parse_cache.parsed(LARGE) as text:
-        assert text.startswith(parse_cache.vetted(LARGE)), "parsed again, with a semaphore of its own"
+        assert text.startswith(vetted(LARGE)), "parsed again, with a semaphore of its own"
     (entry,) = cache.iterdir()
     assert (entry / "digest").read_text().split()[1] != name, "and kept in place of the one that is blocked"
 

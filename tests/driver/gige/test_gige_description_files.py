@@ -13,8 +13,8 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.grabber import Access
-from grabbergui.driver import description_files
 from grabbergui.driver.description_files import HINT
+from grabbergui.driver.device import unpack
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.deviations import Deviations
@@ -109,4 +109,4 @@ def test_an_archive_with_a_wrong_checksum_is_used(stage: ExitStack, caplog: pyte
 def test_a_damaged_archive_is_not() -> None:
     archive = Deviations(damaged_archive=True).store(zipped("a.xml", b"<Register" * 50))
     with pytest.raises(GrabberError, match="damaged: Bad CRC-32"):
-        description_files.unpack(archive)
+        unpack(archive)

@@ -106,7 +106,7 @@ def test_a_rational_polynomial_keeps_its_eight_coefficients():
         ({"d": [float("inf")] * 5}, "not finite"),
         ({"p": [float("nan")] * 12}, "not finite"),
         ({"r": [float("inf")] * 9}, "not finite"),
-        ({"distortion_model": "equidistant", "d": [0.1] * 4}, "'equidistant'"),
+        ({"distortion_model": "double_sphere", "d": [0.1] * 4}, "'double_sphere'"),
         (
             {"binning_x": 2, "binning_y": 1000},
             "images of 640×480 pixels are too small for a binning of 2×1000",

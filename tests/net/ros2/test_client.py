@@ -30,7 +30,8 @@ from grabbergui.core.errors import (  # noqa: E402
 from grabbergui.core.grabber import Access, ConnectionState  # noqa: E402
 from grabbergui.net.ros2 import client, client_link  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink  # noqa: E402
-from grabbergui.net.ros2.server import GrabberServices, Ros2GrabberServer  # noqa: E402
+from grabbergui.net.ros2.grabber_services import GrabberServices  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
 SERVICE_TIMEOUT = client_link.SERVICE_TIMEOUT

@@ -211,7 +211,7 @@ def test_a_file_below_ros_home_that_holds_none_is_no_reason_to_stop(serve, ros_h
 
     serve("/cam")
 
-    assert [record for record in caplog.records if "without calibration" in record.message]
+    assert [record for record in caplog.records if "without this calibration" in record.message]
 
 
 @pytest.mark.parametrize(

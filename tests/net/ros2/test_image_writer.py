@@ -5,9 +5,9 @@ import pytest
 
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2 import image_publisher
+from grabbergui.net.ros2 import image_writer
 from grabbergui.net.ros2.image_messages import encoding_of, pixels_of
-from grabbergui.net.ros2.image_publisher import ImageWriter
+from grabbergui.net.ros2.image_writer import ImageWriter
 from patience import PATIENCE, until
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
@@ -90,7 +90,7 @@ def test_two_topics_have_the_same_image(topic, probe):
 
 def test_without_the_library_rclpy_publishes(topic, monkeypatch):
     publisher, messages = topic
-    monkeypatch.setattr(image_publisher, "_rcl", lambda: None)
+    monkeypatch.setattr(image_writer, "_rcl", lambda: None)
 
     ImageWriter().publish([publisher], a_message(), a_frame())
 

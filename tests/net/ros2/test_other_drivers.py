@@ -327,8 +327,8 @@ def test_the_drivers_camera_info_is_used(driver, opened, notices):
     until(lambda: remote.calibration() is None)
     assert not said(notices, "camera_info")()
     driver.info = information()
-    driver.info.distortion_model, driver.info.d = "equidistant", [0.0] * 4
-    until(said(notices, "distortion model 'equidistant'"))
+    driver.info.distortion_model, driver.info.d = "double_sphere", [0.0] * 4
+    until(said(notices, "distortion model 'double_sphere'"))
 
 
 def test_the_publishers_quality_of_service_is_shown(driver, opened, notices):

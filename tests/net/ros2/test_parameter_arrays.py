@@ -10,7 +10,7 @@ pytest.importorskip("rcl_interfaces", reason="ROS 2 is not installed: make setup
 pytestmark = pytest.mark.ros2
 
 from grabbergui.core.errors import FeatureValueError  # noqa: E402
-from grabbergui.net.ros2.parameter_features import (  # noqa: E402
+from grabbergui.net.ros2.array_text import (  # noqa: E402
     ARRAYS,
     BOOL_ARRAY,
     BYTE_ARRAY,

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.net.ros2.parameter_features import choices
-from grabbergui.net.ros2.parameters import BOOL, DOUBLE, INTEGER, STRING
+from grabbergui.net.ros2.parameter_values import BOOL, DOUBLE, INTEGER, STRING
 
 
 def descriptor(constraints="", description="", kind=STRING):

@@ -13,7 +13,7 @@ from grabbergui import sources
 from grabbergui.core.errors import TransportError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.net.yarp import client, grabber_ends, grabber_values
+from grabbergui.net.yarp import client, grabber_service, grabber_values
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
@@ -76,13 +76,13 @@ def connect(scene: Stage, uri: str = "yarp:/grabber") -> FrameGrabber:
 
 def pretend_to_be_yarps_own(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
     """Let our servers answer as YARP's own, of version 3.x or 4.0, which know nothing of our requests."""
-    answer = grabber_ends.GrabberService.answer
+    answer = grabber_service.GrabberService.answer
     foreign = Vocab("nak") if version == "3.x" else Vocab("fail")
 
-    def pretend(self: grabber_ends.GrabberService, message: Bottle) -> object:
+    def pretend(self: grabber_service.GrabberService, message: Bottle) -> object:
         thrift = isinstance(message[0], str)
         if grabber_values.is_tree_request(message) or thrift == (version == "3.x"):
             return [Bottle([foreign]).encode()] if thrift else None
         return answer(self, message)
 
-    monkeypatch.setattr(grabber_ends.GrabberService, "answer", pretend)
+    monkeypatch.setattr(grabber_service.GrabberService, "answer", pretend)

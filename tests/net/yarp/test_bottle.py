@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from yarp_transcripts import read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp.os.binary import MAGIC_BASE, decode_name_size, encode_number
 from grabbergui.net.yarp.os.bottle import Bottle, Properties
-from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, decode_name_size, encode_number
+from grabbergui.net.yarp.os.bottle_text import Nesting
+from grabbergui.net.yarp.os.carrier import TCP
 from grabbergui.net.yarp.os.framing import (
     BottleScanner,
     Receiver,
@@ -23,7 +25,6 @@ from grabbergui.net.yarp.os.values import (
     Int8,
     Int16,
     Int64,
-    Nesting,
     Vocab,
     Vocab64,
     word,

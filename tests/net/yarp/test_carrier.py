@@ -8,9 +8,20 @@ from yarp_transcripts import read, streams
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os.framing import Reassembler, Receiver, split_datagrams
-from grabbergui.net.yarp.os.sockets import Handshake
-from grabbergui.net.yarp.os.values import Stamp
+from grabbergui.net.yarp.os.authentication import Handshake
+from grabbergui.net.yarp.os.binary import (
+    COMMAND_LIMIT,
+    INDEX_MAGIC,
+    MAGIC_BASE,
+    decode_name,
+    decode_name_size,
+    encode_message,
+    encode_number,
+)
+from grabbergui.net.yarp.os.carrier import encode_header
+from grabbergui.net.yarp.os.datagrams import Reassembler, split_datagrams
+from grabbergui.net.yarp.os.framing import Receiver
+from grabbergui.net.yarp.os.stamp import Stamp
 
 
 def fresh(size):
@@ -24,8 +35,8 @@ def feed(receiver, data, step=1 << 30):
 
 def greeted(client):
     """The sender's name, and what it says once the greeting is answered."""
-    end = 12 + wire.decode_name_size(client[8:12])
-    return wire.decode_name(client[12:end]), client[end:]
+    end = 12 + decode_name_size(client[8:12])
+    return decode_name(client[12:end]), client[end:]
 
 
 @pytest.mark.parametrize(
@@ -42,7 +53,7 @@ def test_image_streams_of_a_real_yarp_are_read_in_pieces_of_any_size(name, carri
     carriers = [carrier] if carrier else [wire.TCP, wire.FAST_TCP]
     seen = 0
     for kind in carriers:
-        greeting = wire.encode_number(wire.MAGIC_BASE + kind.code)
+        greeting = encode_number(MAGIC_BASE + kind.code)
         for conversation in streams(name, greeting):
             assert wire.identify(conversation.client) is kind
             receiver = Receiver()
@@ -59,15 +70,15 @@ def test_image_streams_of_a_real_yarp_are_read_in_pieces_of_any_size(name, carri
 
 
 def test_our_message_is_byte_for_byte_that_of_yarp():
-    greeting = wire.encode_number(wire.MAGIC_BASE + wire.TCP.code)
+    greeting = encode_number(MAGIC_BASE + wire.TCP.code)
     conversation = next(c for c in streams("stream_tcp_312", greeting) if b"mat" in c.client)
     recorded = next(data for side, data in conversation.turns if side == "C" and b"mat" in data)
-    start = recorded.find(wire.encode_number(wire.INDEX_MAGIC))
+    start = recorded.find(encode_number(INDEX_MAGIC))
     (message,) = feed(Receiver(), recorded[start:])[:1]
     body = bytes(message.body)
-    ours = b"".join(wire.encode_message(message.command, [body[:60], body[60:]]))
+    ours = b"".join(encode_message(message.command, [body[:60], body[60:]]))
     assert recorded[start:].startswith(ours)
-    assert wire.encode_header(wire.TCP, "/grabber") == conversation.client[: 8 + 4 + 9]
+    assert encode_header(wire.TCP, "/grabber") == conversation.client[: 8 + 4 + 9]
 
 
 def test_real_datagrams_are_joined_and_ours_are_cut_alike():
@@ -85,13 +96,13 @@ def test_real_datagrams_are_joined_and_ours_are_cut_alike():
                     continue
                 count += 1
                 body = bytes(message.body)
-                ours = split_datagrams(wire.encode_message(message.command, [body[:60], body[60:]]))
+                ours = split_datagrams(encode_message(message.command, [body[:60], body[60:]]))
                 assert [b"".join(parts) for parts in ours] == recorded[-(recorded[-1][4] + 1) :]
         assert count
 
 
 def datagrams(command, body, limit=65499):
-    return [b"".join(parts) for parts in split_datagrams(wire.encode_message(command, [body]), limit)]
+    return [b"".join(parts) for parts in split_datagrams(encode_message(command, [body]), limit)]
 
 
 @given(st.binary(min_size=0, max_size=300), st.integers(20, 60), st.sets(st.integers(0, 40)))
@@ -159,15 +170,15 @@ def test_random_bytes_never_break_the_receivers(data):
 )
 @example("D 1", [b"xy"] * 255)
 def test_a_message_is_read_as_it_was_written(command, parts):
-    data = b"".join(wire.encode_message(command, parts))
+    data = b"".join(encode_message(command, parts))
     (message,) = feed(Receiver(), data)
     assert message.command == command and message.body == b"".join(parts)
 
 
-def head(*lengths, blocks=None, number=wire.INDEX_MAGIC):
+def head(*lengths, blocks=None, number=INDEX_MAGIC):
     """The start of a message whose blocks have these lengths."""
     sizes = b"".join(length.to_bytes(4, "little", signed=True) for length in lengths)
-    return wire.encode_number(number) + bytes((blocks or len(lengths), 1)) + b"\xff" * 8 + sizes + bytes(4)
+    return encode_number(number) + bytes((blocks or len(lengths), 1)) + b"\xff" * 8 + sizes + bytes(4)
 
 
 @pytest.mark.parametrize(
@@ -195,8 +206,8 @@ def test_impossible_messages_are_refused_by_their_index(data, reason):
 
 
 def test_port_commands_have_a_limit():
-    for size, allowed in ((wire.COMMAND_LIMIT, True), (wire.COMMAND_LIMIT + 1, False)):
-        data = b"".join(wire.encode_message("/" + "n" * (size - 2)))
+    for size, allowed in ((COMMAND_LIMIT, True), (COMMAND_LIMIT + 1, False)):
+        data = b"".join(encode_message("/" + "n" * (size - 2)))
         with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="port command of 4001"):
             assert len(feed(Receiver(), data)) == 1
 
@@ -225,9 +236,9 @@ def test_an_envelope_that_is_no_stamp_is_none(envelope, stamp):
 @pytest.mark.parametrize(
     ("header", "name"),
     [
-        (wire.encode_number(wire.MAGIC_BASE + 1), "mcast"),
-        (wire.encode_number(wire.MAGIC_BASE + 14), "shmem"),
-        (wire.encode_number(wire.MAGIC_BASE + 77), "with code 77"),
+        (encode_number(MAGIC_BASE + 1), "mcast"),
+        (encode_number(MAGIC_BASE + 14), "shmem"),
+        (encode_number(MAGIC_BASE + 77), "with code 77"),
         (b"UNIX_STR", "unix_stream"),
     ],
 )
@@ -258,9 +269,9 @@ def test_authentication_succeeds_only_with_the_same_key():
 def test_messages_that_come_together_are_taken_one_by_one():
     """And a head of any length allowed, wherever in the receiver's memory it begins."""
     receiver = Receiver()
-    long = "/" + "n" * (wire.COMMAND_LIMIT - 2)
+    long = "/" + "n" * (COMMAND_LIMIT - 2)
     data = b"".join(
-        b"".join(wire.encode_message(command, parts))
+        b"".join(encode_message(command, parts))
         for command in ("d", long, "D 1 2")
         for parts in ([b"x"] * 254, [b"y" * 5000], [])
     )
@@ -275,7 +286,7 @@ def test_an_image_is_read_into_allocated_memory_except_its_beginning():
     """Two reads a message: what came with the head is copied, the rest is read in its place."""
     made = []
     receiver = Receiver(allocate=lambda size: made.append(fresh(size)) or made[-1])
-    data = b"".join(wire.encode_message("D 1 2", [bytes(range(256)) * 400]))
+    data = b"".join(encode_message("D 1 2", [bytes(range(256)) * 400]))
     count = len(receiver.wanted)
     receiver.wanted[:] = data[:count]
     receiver.received(count)

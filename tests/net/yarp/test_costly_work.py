@@ -9,7 +9,7 @@ from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.scheduling import REST, CostlyWork
 from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.events import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.terminal import remote_terminal
 from patience import PATIENCE, until

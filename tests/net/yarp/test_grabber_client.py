@@ -24,7 +24,7 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.net import tree
-from grabbergui.net.yarp import client, grabber_ends
+from grabbergui.net.yarp import client, grabber_link
 from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.os import name_client
 from patience import PATIENCE, attempts, until
@@ -35,7 +35,7 @@ def remote(
     scene: Stage, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[FrameGrabber]:
     """An open client of a server that is ours, or pretends to be YARP's own of one kind."""
-    monkeypatch.setattr(grabber_ends, "TIMEOUT", PATIENCE)  # others may have the machine's cores
+    monkeypatch.setattr(grabber_link, "TIMEOUT", PATIENCE)  # others may have the machine's cores
     if request.param != "ours":
         pretend_to_be_yarps_own(monkeypatch, request.param)
     with scene.share():

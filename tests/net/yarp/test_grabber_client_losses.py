@@ -18,7 +18,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
 from grabbergui.net.tree import TreeFeatures
-from grabbergui.net.yarp import grabber_ends, grabber_values
+from grabbergui.net.yarp import grabber_link, grabber_service, grabber_values
 from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.client_stream import ImageStream
 from grabbergui.net.yarp.os import carrier, name_client
@@ -58,18 +58,18 @@ def test_a_server_that_hangs_is_waited_for_once(scene: Stage, monkeypatch: pytes
     """As one whose machine lost its power, or that was stopped in a debugger."""
     answering = threading.Event()
     answering.set()
-    answer = grabber_ends.GrabberService.answer
+    answer = grabber_service.GrabberService.answer
 
-    def hang(self: grabber_ends.GrabberService, request: Bottle) -> Bottle:
+    def hang(self: grabber_service.GrabberService, request: Bottle) -> Bottle:
         answering.wait(PATIENCE)
         return answer(self, request)
 
-    monkeypatch.setattr(grabber_ends.GrabberService, "answer", hang)
+    monkeypatch.setattr(grabber_service.GrabberService, "answer", hang)
     with scene.share():
         remote = connect(scene)
         remote.open()
-        monkeypatch.setattr(grabber_ends, "TREE_TIMEOUT", 0.2)
-        monkeypatch.setattr(grabber_ends, "TIMEOUT", PATIENCE)
+        monkeypatch.setattr(grabber_link, "TREE_TIMEOUT", 0.2)
+        monkeypatch.setattr(grabber_link, "TIMEOUT", PATIENCE)
         answering.clear()
         try:
             with pytest.raises(TransportError):
@@ -91,16 +91,16 @@ def test_closing_does_not_wait_for_a_server_that_hangs(scene: Stage, monkeypatch
     """A request that waits for its answer ends, and nothing is reported as lost."""
     hanging, going = threading.Event(), threading.Event()
     going.set()
-    answer = grabber_ends.GrabberService.answer
+    answer = grabber_service.GrabberService.answer
 
-    def hang(self: grabber_ends.GrabberService, request: Bottle) -> Bottle:
+    def hang(self: grabber_service.GrabberService, request: Bottle) -> Bottle:
         if not going.is_set():
             hanging.set()
         going.wait(PATIENCE)
         return answer(self, request)
 
-    monkeypatch.setattr(grabber_ends.GrabberService, "answer", hang)
-    monkeypatch.setattr(grabber_ends, "TREE_TIMEOUT", PATIENCE)
+    monkeypatch.setattr(grabber_service.GrabberService, "answer", hang)
+    monkeypatch.setattr(grabber_link, "TREE_TIMEOUT", PATIENCE)
     states: list[ConnectionState] = []
     remote = connect(scene)
     remote.connection_changed.connect(lambda state, reason: states.append(state))
@@ -324,9 +324,9 @@ def test_a_server_that_vanished_without_closing_its_connections_is_read_again(sc
 
 
 def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer = grabber_ends.GrabberService.answer
+    answer = grabber_service.GrabberService.answer
     empty = [Bottle([Vocab("fail")]).encode()]
-    monkeypatch.setattr(grabber_ends.GrabberService, "answer", lambda self, message: empty)
+    monkeypatch.setattr(grabber_service.GrabberService, "answer", lambda self, message: empty)
     with scene.share():
         remote = connect(scene)
         remote.open()
@@ -334,10 +334,10 @@ def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.Monke
         states: list[ConnectionState] = []
         remote.connection_changed.connect(lambda state, reason: states.append(state))
 
-        def attached(self: grabber_ends.GrabberService, message: Bottle) -> object:
+        def attached(self: grabber_service.GrabberService, message: Bottle) -> object:
             return empty if isinstance(message[0], str) else answer(self, message)
 
-        monkeypatch.setattr(grabber_ends.GrabberService, "answer", attached)
+        monkeypatch.setattr(grabber_service.GrabberService, "answer", attached)
         until(lambda: states, "the camera's arrival")
         assert remote.has_feature("Gain")
         remote.close()

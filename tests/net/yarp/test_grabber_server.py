@@ -19,16 +19,19 @@ from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 from grabbergui.net.component_joiner import MOST_COMPONENTS
-from grabbergui.net.yarp import grabber_ends, image
+from grabbergui.net.yarp import grabber_service, image
 from grabbergui.net.yarp import server as server_module
+from grabbergui.net.yarp.grabber_image import Capability
 from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
-from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os import carrier, port
+from grabbergui.net.yarp.os.binary import encode_message
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import encode_header
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.ports import InputPort
-from grabbergui.net.yarp.os.values import Stamp, Vocab
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
 from patience import PATIENCE, attempts, until
 from yarp_bytes import reply_to
@@ -154,8 +157,8 @@ def test_a_stuck_reader_slows_nobody(scene: Stage, server: YarpGrabberServer) ->
 def _reverse_reader(scene: Stage, name: str) -> socket.socket:
     """Asks for the stream over tcp and then neither reads nor acknowledges."""
     sock = socket.create_connection(scene.names.query("/grabber").address, 5)
-    sock.sendall(carrier.encode_header(carrier.TCP, name))
-    sock.sendall(b"".join(carrier.encode_message("r")))
+    sock.sendall(encode_header(carrier.TCP, name))
+    sock.sendall(b"".join(encode_message("r")))
     return sock
 
 
@@ -186,8 +189,8 @@ def test_malformed_requests_are_refused(scene: Stage, server: YarpGrabberServer)
     for body in (claims, b"\xff" * 40, struct.pack("<ii", 256 + 1, -1)):
         with socket.create_connection(address, 5) as sock:
             sock.settimeout(5)
-            sock.sendall(carrier.encode_header(carrier.FAST_TCP, "/bad"))
-            sock.sendall(b"".join(carrier.encode_message("d", [body])))
+            sock.sendall(encode_header(carrier.FAST_TCP, "/bad"))
+            sock.sendall(b"".join(encode_message("d", [body])))
             assert len(sock.recv(8)) == 8  # the greeting's answer
             assert b"fail" in sock.recv(4096)
     with RpcClient("/grabber/rpc", scene.names) as rpc:
@@ -198,7 +201,7 @@ def test_a_request_that_waits_for_a_frame_does_not_hold_up_the_end(
     scene: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     waiting = threading.Event()
-    monkeypatch.setattr(grabber_ends, "frame_wait", lambda *_: waiting.set() or PATIENCE)
+    monkeypatch.setattr(grabber_service, "frame_wait", lambda *_: waiting.set() or PATIENCE)
     monkeypatch.setattr(port, "END_SECONDS", PATIENCE)
     server = scene.share()
     server.start()

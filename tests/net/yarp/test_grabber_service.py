@@ -21,10 +21,10 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.net import tree
 from grabbergui.net.numbered_features import FeatureId
-from grabbergui.net.yarp import grabber_ends, grabber_values, image
+from grabbergui.net.yarp import grabber_service, grabber_values, image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.grabber_ends import GrabberService
 from grabbergui.net.yarp.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
+from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
 from patience import PATIENCE
@@ -197,7 +197,7 @@ def test_clients_wait_together_for_a_camera_that_sends_nothing(
 ) -> None:
     grabber.stop()
     waits: list[float] = []
-    monkeypatch.setattr(grabber_ends, "frame_wait", lambda *_: waits.append(0.5) or waits[-1])
+    monkeypatch.setattr(grabber_service, "frame_wait", lambda *_: waits.append(0.5) or waits[-1])
     with ThreadPoolExecutor(5) as pool:
         replies = list(pool.map(lambda _: wire.ask(Operation.IMAGE), range(5)))
     assert not any(reply.ok for reply in replies)
@@ -209,7 +209,7 @@ def test_a_service_that_ends_lets_no_client_wait(
 ) -> None:
     grabber.stop()
     waiting = threading.Event()
-    monkeypatch.setattr(grabber_ends, "frame_wait", lambda *_: waiting.set() or 2 * PATIENCE)
+    monkeypatch.setattr(grabber_service, "frame_wait", lambda *_: waiting.set() or 2 * PATIENCE)
     with ThreadPoolExecutor(2) as pool:
         replies = [pool.submit(wire.ask, Operation.IMAGE) for _ in range(2)]
         assert waiting.wait(PATIENCE)

@@ -38,7 +38,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.net import tree
 from grabbergui.net.tree import ChangeLog, TreeService, error_of
 from grabbergui.net.yarp import grabber_values
-from grabbergui.net.yarp.grabber_ends import GrabberService
+from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab, item_text
 from patience import PATIENCE

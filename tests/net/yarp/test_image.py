@@ -10,9 +10,12 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.net.yarp import image
+from grabbergui.net.yarp.grabber_image import Capability
+from grabbergui.net.yarp.mjpeg import JpegStreamReader, decode_jpeg, encode_part, find_comment
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import BLOB, INT32, LIST, VOCAB, Bottle
-from grabbergui.net.yarp.os.values import Stamp, Vocab
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import Vocab
 
 
 @pytest.mark.parametrize("code", image.CODES)
@@ -95,7 +98,7 @@ def test_arrays_that_fit_no_code_are_refused():
 def test_values_that_yarp_has_no_code_for_are_sent_as_they_are_shown(name, code, dtype):
     pixel_format = pfnc.by_name(name)
     payload = np.random.default_rng(1).integers(0, 120, pixel_format.image_bytes(8, 4), np.uint8)
-    pixels, sent = image.Capability.RAW.pixels(Frame(payload, 8, 4, pixel_format))
+    pixels, sent = Capability.RAW.pixels(Frame(payload, 8, 4, pixel_format))
     assert (sent, pixels.dtype) == (code, dtype)
 
 
@@ -103,23 +106,23 @@ def test_real_mjpeg_stream_in_pieces():
     conversation = next(c for c in read("stream_mjpeg_312") if c.client.startswith(b"GET /?ac"))
     assert conversation.client == wire.STREAM_REQUEST % b"127.0.0.1"
     assert conversation.server.startswith(wire.STREAM_RESPONSE)
-    whole = image.JpegStreamReader().feed(conversation.server)
-    reader = image.JpegStreamReader()
+    whole = JpegStreamReader().feed(conversation.server)
+    reader = JpegStreamReader()
     assert [
         p for n in range(len(conversation.server)) for p in reader.feed(conversation.server[n : n + 1])
     ] == whole
     assert len(whole) >= 3
     for jpeg in whole:
-        header, pixels, envelope = image.decode_jpeg(jpeg)
+        header, pixels, envelope = decode_jpeg(jpeg)
         assert image.ImageHeader.decode(header).width == 16 and len(pixels) == 576
         assert Stamp.decode(envelope)
-        ours = b"".join(image.encode_part(header + bytes(pixels), envelope))
-        (again,) = image.JpegStreamReader().feed(ours)
-        assert image.find_comment(again) == envelope
+        ours = b"".join(encode_part(header + bytes(pixels), envelope))
+        (again,) = JpegStreamReader().feed(ours)
+        assert find_comment(again) == envelope
         theirs = conversation.server
         assert ours[: ours.index(b"Length")] in theirs and ours.endswith(b"\r\n--boundarydonotcross\r\n")
 
 
 def test_a_source_that_refuses_is_quoted():
     with pytest.raises(RemoteProtocolError, match="404 Not Found"):
-        image.JpegStreamReader().feed(b"HTTP/1.0 404 Not Found\r\nContent-Length: 9\r\n\r\n")
+        JpegStreamReader().feed(b"HTTP/1.0 404 Not Found\r\nContent-Length: 9\r\n\r\n")

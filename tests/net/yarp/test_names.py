@@ -1,5 +1,4 @@
 import errno
-from pathlib import Path
 
 import pytest
 from yarp_transcripts import read
@@ -11,17 +10,12 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,
 )
-from grabbergui.net.yarp.os import name_client, name_server
+from grabbergui.net.yarp.os import configuration, name_client, name_server
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import (
-    PORT_NAME_LIMIT,
-    TCP,
-    Target,
-    by_name,
-    check_port_name,
-    literal_address,
-)
-from grabbergui.net.yarp.os.name_client import Contact, NameClient
+from grabbergui.net.yarp.os.carrier import TCP, by_name
+from grabbergui.net.yarp.os.configuration import authentication_key, parse_address
+from grabbergui.net.yarp.os.contact import Contact
+from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import (
     ASKER_LIMIT,
     PORTS_LIMIT,
@@ -29,7 +23,8 @@ from grabbergui.net.yarp.os.name_server import (
     NameDatabase,
     NameServer,
 )
-from grabbergui.net.yarp.os.outputs import RpcClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.target import PORT_NAME_LIMIT, Target, check_port_name, literal_address
 
 
 def test_our_name_database_answers_as_yarps_does():
@@ -131,7 +126,7 @@ def test_numbers_that_are_no_port_are_no_address(port):
     assert Contact.decode(f"registration name /x ip 127.0.0.1 port {port} type tcp") is None
     assert literal_address(f"tcp://127.0.0.1:{port}/") is None
     with pytest.raises(UsageError, match="HOST:PORT"):
-        name_client.parse_address(f"127.0.0.1:{port}")
+        parse_address(f"127.0.0.1:{port}")
 
 
 def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
@@ -140,19 +135,19 @@ def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
     monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path / "nowhere"))
     monkeypatch.setenv("YARP_CONFIG_DIRS", str(tmp_path / "nowhere"))
-    assert name_client.name_server() is None
+    assert configuration.name_server() is None
     (tmp_path / "yarp.conf").write_text("10.1.2.3 10500 yarp\n")
-    assert name_client.name_server() == Contact("/root", "10.1.2.3", 10500)
+    assert configuration.name_server() == Contact("/root", "10.1.2.3", 10500)
     (tmp_path / "yarp.conf").write_text("[name]\nhost 10.1.2.4\nport 10600\n")
-    assert name_client.name_server() == Contact("/root", "10.1.2.4", 10600)
+    assert configuration.name_server() == Contact("/root", "10.1.2.4", 10600)
     (tmp_path / "yarp_namespace.conf").write_text("/my/root\n")
     (tmp_path / "_my_root.conf").write_text("10.1.2.5\n")
-    assert name_client.name_server() == Contact("/my/root", "10.1.2.5", 10000)
+    assert configuration.name_server() == Contact("/my/root", "10.1.2.5", 10000)
     monkeypatch.setenv("YARP_NAMESPACE", "/my/root /another")
-    assert name_client.name_server() == Contact("/my/root", "10.1.2.5", 10000)
-    assert name_client.authentication_key() is None
+    assert configuration.name_server() == Contact("/my/root", "10.1.2.5", 10000)
+    assert authentication_key() is None
     (tmp_path / "auth.conf").write_text('[AUTH]\nkey "our secret"\n')
-    assert name_client.authentication_key() == b"our secret"
+    assert authentication_key() == b"our secret"
     assert NameClient.find("robot:11000").server.address == ("robot", 11000)
     with pytest.raises(UsageError, match="HOST:PORT"):
         NameClient.find("robot:99999")
@@ -168,12 +163,12 @@ def test_a_configuration_without_an_address_is_named(tmp_path, monkeypatch, text
 
 
 def test_a_configuration_that_may_not_be_read_is_named_and_not_passed_over(tmp_path, monkeypatch):
-    def refused(path, *arguments, **options):
+    def refused(path, *arguments):
         raise PermissionError(errno.EACCES, "Permission denied", str(path))
 
     monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
     (tmp_path / "auth.conf").touch()
-    monkeypatch.setattr(Path, "read_text", refused)
+    monkeypatch.setattr(configuration, "read_bounded", refused)
     with pytest.raises(SourceUnavailableError, match=r"auth\.conf could not be read: Permission denied"):
         NameClient.find("127.0.0.1:10000")
 

@@ -11,10 +11,13 @@ from http.client import HTTPConnection
 import pytest
 
 from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError
-from grabbergui.net.yarp.os import ports, registry, sockets
-from grabbergui.net.yarp.os.name_client import Contact, NameClient
+from grabbergui.net.yarp.os import registration, sockets
+from grabbergui.net.yarp.os.contact import Contact
+from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
+from grabbergui.net.yarp.os.registration import Registration
 from patience import PATIENCE, until
 
 pytestmark = pytest.mark.usefixtures("no_thread_is_left")
@@ -41,7 +44,7 @@ def test_a_browser_finds_its_way_from_the_name_server_to_the_images(names):
 
 
 def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
-    monkeypatch.setattr(registry, "KEEP_SECONDS", 0.05)
+    monkeypatch.setattr(registration, "KEEP_SECONDS", 0.05)
     server = NameServer(port=0)
     server.open()
     names = NameClient(server.contact)
@@ -71,7 +74,7 @@ class Looking(threading.Event):
 def registered(names, end, on_pause):
     looking = Looking(end, on_pause)
     contact = Contact("/out", "127.0.0.1", 12345)
-    ours = registry.Registration(contact, names, lambda: looking.now)
+    ours = Registration(contact, names, lambda: looking.now)
     ours._closing = looking
     ours.open()
     until(lambda: looking.now >= end, "the end")
@@ -121,8 +124,8 @@ def test_a_name_is_back_at_once_when_the_other_port_leaves_after_a_long_dispute(
 
 
 def test_a_name_server_that_hangs_does_not_hold_up_the_end_of_a_port(monkeypatch):
-    monkeypatch.setattr(registry, "KEEP_SECONDS", 0.01)
-    monkeypatch.setattr(registry, "GIVE_UP_SECONDS", 0.05)
+    monkeypatch.setattr(registration, "KEEP_SECONDS", 0.01)
+    monkeypatch.setattr(registration, "GIVE_UP_SECONDS", 0.05)
     hanging = threading.Event()
     with NameServer(port=0) as server:
         names = NameClient(server.contact)
@@ -169,7 +172,7 @@ def test_a_taken_name_is_refused_and_its_owner_named(names):
 
 
 def test_a_name_is_taken_over_from_a_port_that_is_gone_hangs_or_has_another_name(names, monkeypatch):
-    monkeypatch.setattr(registry, "HOLDER_SECONDS", 0.05)
+    monkeypatch.setattr(registration, "HOLDER_SECONDS", 0.05)
     with socket.create_server(("127.0.0.1", 0)) as hanging, OutputPort("/other") as other:
         for number in (1, hanging.getsockname()[1], other.port_number):
             names.register("/out", "tcp", "127.0.0.1", number)
@@ -178,7 +181,7 @@ def test_a_name_is_taken_over_from_a_port_that_is_gone_hangs_or_has_another_name
 
 
 def test_no_name_server_means_no_port(names):
-    gone = NameClient(ports.Port("/x").contact)
+    gone = NameClient(Port("/x").contact)
     with pytest.raises(Exception, match=r"name server|no way|cannot"):
         OutputPort("/out", gone, bind="127.0.0.1").open()
 

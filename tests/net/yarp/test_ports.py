@@ -20,14 +20,19 @@ from grabbergui.core.errors import (
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import ports, sockets
+from grabbergui.net.yarp.os.binary import decode_number, encode_message, encode_number
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Header, Target
+from grabbergui.net.yarp.os.carrier import encode_header
+from grabbergui.net.yarp.os.events import Header
 from grabbergui.net.yarp.os.link import administer, greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.outputs import TEXT_LIMIT, Outgoing, RpcClient
+from grabbergui.net.yarp.os.outputs import TEXT_LIMIT, Outgoing
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab, Vocab64
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.target import Target
+from grabbergui.net.yarp.os.values import Dialect, Vocab, Vocab64
 from patience import PATIENCE, attempts, until
 from yarp_bytes import reply_to
 
@@ -249,7 +254,7 @@ def test_a_slow_reader_slows_nobody():
         def never_read():
             sock, _ = lazy.accept()
             sock.recv(64)
-            sock.sendall(wire.encode_number(1))
+            sock.sendall(encode_number(1))
             return sock
 
         accepted = []
@@ -278,7 +283,7 @@ def test_a_message_that_waits_for_a_slow_reader_is_waited_for_until_it_is_taken(
         sock, _ = lazy.accept()
         with sock:
             sock.recv(64)
-            sock.sendall(wire.encode_number(1))
+            sock.sendall(encode_number(1))
             adding.result(PATIENCE)
             output.write(bytes(1 << 25))  # more than the system buffers
             until(lambda: output.wait_sent(0))
@@ -338,9 +343,9 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
 def test_reading_in_reverse_without_a_name():
     with OutputPort("/out") as output, socket.create_connection(output.contact.address) as sock:
         sock.settimeout(PATIENCE)
-        sock.sendall(wire.encode_header(wire.FAST_TCP, "/me"))
-        assert wire.decode_number(sock.recv(8)) == output.port_number
-        sock.sendall(b"".join(wire.encode_message("r")))
+        sock.sendall(encode_header(wire.FAST_TCP, "/me"))
+        assert decode_number(sock.recv(8)) == output.port_number
+        sock.sendall(b"".join(encode_message("r")))
         until(lambda: output.connections)
         output.write_bottle(Bottle(["hello"]))
         assert Bottle(["hello"]).encode() in sock.recv(4096)
@@ -349,9 +354,9 @@ def test_reading_in_reverse_without_a_name():
 GARBAGE = [
     b"\xff" * 64,
     b"YA\xe4\x1e\x00\x00RP\xff\xff\xff\x7f",
-    wire.encode_header(wire.TCP, "/x") + b"".join(wire.encode_message("d"))[:20],
-    wire.encode_header(wire.TCP, "/x")
-    + wire.encode_number(10)
+    encode_header(wire.TCP, "/x") + b"".join(encode_message("d"))[:20],
+    encode_header(wire.TCP, "/x")
+    + encode_number(10)
     + b"\x01\x01"
     + b"\xff" * 8
     + b"\xff\xff\xff\x7f\0\0\0\0",
@@ -362,7 +367,7 @@ GARBAGE = [
     b"GET /" + b"x" * 100_000,
     b"GET / HTTP/1.1\r\n",
     b"UNIX_STR",
-    wire.encode_number(7777 + 14),
+    encode_number(7777 + 14),
 ]
 
 

@@ -14,7 +14,8 @@ from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Stamp, Vocab
+from grabbergui.net.yarp.os.stamp import Stamp
+from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE, until
 
 pytestmark = [

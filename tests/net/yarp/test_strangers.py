@@ -14,15 +14,18 @@ import pytest
 from grabbergui.config import AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import inputs, registry, sockets
+from grabbergui.net.yarp.os import connection_limits, inputs, sockets
+from grabbergui.net.yarp.os.binary import encode_message
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Target
+from grabbergui.net.yarp.os.carrier import encode_header
 from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.outputs import RpcClient
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.stranger_log import StrangerLog
+from grabbergui.net.yarp.os.target import Target
 from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE, until
 
@@ -34,8 +37,8 @@ pytestmark = pytest.mark.usefixtures("no_thread_is_left")
 @pytest.fixture
 def few(monkeypatch):
     """Limits that are reached with few sockets."""
-    monkeypatch.setattr(registry, "PORT_LIMIT", 12)
-    monkeypatch.setattr(registry, "ADDRESS_LIMIT", 5)
+    monkeypatch.setattr(connection_limits, "PORT_LIMIT", 12)
+    monkeypatch.setattr(connection_limits, "ADDRESS_LIMIT", 5)
 
 
 def echo(request):
@@ -79,10 +82,10 @@ def test_connections_of_one_address_have_a_limit_and_the_idlest_goes(few):
 def test_a_connection_that_carried_nothing_is_closed_before_one_that_is_idle(
     monkeypatch, connections, closed
 ):
-    monkeypatch.setattr(registry, "ADDRESS_LIMIT", 2)
+    monkeypatch.setattr(connection_limits, "ADDRESS_LIMIT", 2)
     there = [SimpleNamespace(address="10.0.0.1", messages=count, active=at) for count, at in connections]
     there.append(SimpleNamespace(address="10.0.0.2", messages=0, active=0.0))
-    assert registry._displaced(there, "10.0.0.1") is (None if closed is None else there[closed])
+    assert connection_limits._displaced(there, "10.0.0.1") is (None if closed is None else there[closed])
 
 
 def test_a_full_port_takes_a_newcomer_in_place_of_one_of_the_largest_crowd(few):
@@ -106,7 +109,7 @@ def test_connections_turned_round_count_too(few, monkeypatch):
     )
     before = threading.active_count()
     with OutputPort("/out") as output, ExitStack() as stack:
-        greeting = wire.encode_header(wire.FAST_TCP, "reader") + b"".join(wire.encode_message("r"))
+        greeting = encode_header(wire.FAST_TCP, "reader") + b"".join(encode_message("r"))
         readers = [stack.enter_context(connect(output, greeting=greeting)) for _ in range(20)]
         assert all(gone(sock) for sock in readers[:15])
         until(lambda: output.connections == 5 and not output._registry.inputs, "the five that stay")
@@ -213,7 +216,7 @@ def test_used_up_descriptors_are_waited_for_and_named(caplog, monkeypatch):
 
 
 def test_a_crowd_gives_up_a_descriptor(few, monkeypatch):
-    monkeypatch.setattr(registry, "_CROWD", 2)
+    monkeypatch.setattr(connection_limits, "_CROWD", 2)
     with RpcServer("/rpc", echo) as server, ExitStack() as stack, socket.socket() as sock:
         crowd = [stack.enter_context(connect(server)) for _ in range(4)]
         until(lambda: len(server._registry.inputs) == 4, "the crowd")
@@ -235,7 +238,7 @@ def test_the_name_server_is_not_blamed_for_our_descriptors():
 
 def test_warnings_about_strangers_are_few(caplog):
     now = [100.0]
-    strangers = registry.StrangerLog("/port", clock=lambda: now[0])
+    strangers = StrangerLog("/port", clock=lambda: now[0])
     for _ in range(50):
         strangers.warn("refused")
     for _ in range(2):

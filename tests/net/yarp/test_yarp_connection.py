@@ -14,8 +14,8 @@ from yarp_transcripts import Conversation, read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os.binary import MAGIC_BASE, encode_number
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Ack, Closed, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.connection import (
     NEED_DATA,
     PAUSED,
@@ -27,6 +27,7 @@ from grabbergui.net.yarp.os.connection import (
     Who,
     next_phase,
 )
+from grabbergui.net.yarp.os.events import Ack, Closed, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.values import Dialect
 
 BOTTLE = Bottle([1, "two", 2.5])
@@ -269,7 +270,7 @@ def replayed(conversation: Conversation, dialect: Dialect, step: int):
 )
 def test_real_requests_and_replies(name, dialect, step):
     calls = 0
-    for conversation in streams(name, wire.encode_number(wire.MAGIC_BASE + wire.TCP.code)):
+    for conversation in streams(name, encode_number(MAGIC_BASE + wire.TCP.code)):
         if dialect is Dialect.YARP4:  # up to a request whose reply is no Bottle
             asked = [b"getRemoteProtocolVersion" in data for _, data in conversation.turns]
             del conversation.turns[asked.index(True) if True in asked else len(asked) :]

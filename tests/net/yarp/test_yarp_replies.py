@@ -10,8 +10,8 @@ from test_yarp_connection import BINARY, D, arriving, message, ready
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import codecs
+from grabbergui.net.yarp.os.binary import ACK
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Ack, Closed, Header, Message, Reply
 from grabbergui.net.yarp.os.codecs import NAMES_LIMIT, TextCodec
 from grabbergui.net.yarp.os.connection import (
     NEED_DATA,
@@ -19,6 +19,7 @@ from grabbergui.net.yarp.os.connection import (
     Connection,
     Phase,
 )
+from grabbergui.net.yarp.os.events import Ack, Closed, Header, Message, Reply
 from grabbergui.net.yarp.os.values import Dialect, Float32, Vocab
 
 
@@ -78,7 +79,7 @@ def test_a_binary_reply_has_a_limit(monkeypatch):
         opener, _ = ready()
         opener.send(Message("d", BINARY))
         with nullcontext() if reply is allowed else pytest.raises(RemoteProtocolError, match="bytes"):
-            assert arriving(opener, reply + wire.ACK, 1)[-1] == Ack()
+            assert arriving(opener, reply + ACK, 1)[-1] == Ack()
 
 
 @pytest.mark.parametrize("dialect", Dialect)
@@ -87,7 +88,7 @@ def test_a_short_reply_is_decoded_once(dialect):
     opener.expect_replies(dialect)
     opener.send(Message("d", BINARY))
     data = Bottle([1, Float32(2.5), "a"]).encode(dialect)
-    reply, ack = arriving(opener, data + wire.ACK)
+    reply, ack = arriving(opener, data + ACK)
     assert reply.bottle == [1, 2.5, "a"] and reply.body == data and ack == Ack()
     assert opener.missing == 1
 
@@ -95,8 +96,8 @@ def test_a_short_reply_is_decoded_once(dialect):
 def test_an_acknowledgement_within_a_reply_does_not_end_it():
     opener, _ = ready()
     opener.send(Message("d", BINARY))
-    data = Bottle(["a", wire.ACK, 5]).encode()
-    reply, ack = arriving(opener, data + wire.ACK, 1)
+    data = Bottle(["a", ACK, 5]).encode()
+    reply, ack = arriving(opener, data + ACK, 1)
     assert reply.body == data and ack == Ack()
 
 
@@ -149,7 +150,7 @@ def test_a_long_reply_is_not_copied_when_it_is_complete():
     reply = Bottle([Vocab("ok"), bytes(3_000_000)]).encode()
     opener.receive_data(reply[:100_000])
     assert opener.next_event() is NEED_DATA and opener.missing == len(reply) - 100_000
-    opener.receive_data(reply[100_000:] + wire.ACK)
+    opener.receive_data(reply[100_000:] + ACK)
     held = opener._data.data
     assert opener.next_event().body.obj is held
     assert opener.missing == 1 and opener.next_event() == Ack()

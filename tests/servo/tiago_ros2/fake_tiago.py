@@ -6,7 +6,7 @@ Names, joints and types are those of `tiago_controller_configuration` (Humble): 
 
 from std_srvs.srv import SetBool
 
-from grabbergui.net.ros2.runtime import load_type_support
+from grabbergui.net.ros2.requirements import load_type_support
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.tiago_topics import TiagoTopics

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final, cast
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp.os.bottle_text import parse_text, render_text
 from grabbergui.net.yarp.os.values import (
     FALSE,
     MAX_DEPTH,
@@ -25,8 +26,6 @@ from grabbergui.net.yarp.os.values import (
     Item,
     Vocab,
     Vocab64,
-    parse_text,
-    render_text,
 )
 
 Buffer = bytes | bytearray | memoryview

@@ -12,8 +12,18 @@ from typing import Final
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os.binary import (
+    ACK,
+    NAME_LIMIT,
+    decode_name,
+    decode_name_size,
+    decode_number,
+    encode_message,
+    encode_number,
+)
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.carrier import Carrier, encode_header
+from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import BottleScanner, LineReader, Receiver, TextBottle
 from grabbergui.net.yarp.os.values import Dialect
 
@@ -118,18 +128,18 @@ class HeaderCodec(Codec):
             return self._read_text(data, carrier)
         if len(data.data) < _MARK + 4:
             return None
-        end = _MARK + 4 + wire.decode_name_size(data.data[_MARK : _MARK + 4])
+        end = _MARK + 4 + decode_name_size(data.data[_MARK : _MARK + 4])
         if len(data.data) < end:
             return None
-        return Header(carrier, wire.decode_name(data.take(end)[_MARK + 4 :]))
+        return Header(carrier, decode_name(data.take(end)[_MARK + 4 :]))
 
     def _read_text(self, data: ReceiveBuffer, carrier: Carrier) -> Header | None:
         line = self._lines.take(data.data)
         if line is None:
             return None
         sender = line[_MARK:]
-        if len(sender) > wire.NAME_LIMIT:
-            raise RemoteProtocolError(f"sender's name of {len(sender)} characters, at most {wire.NAME_LIMIT}")
+        if len(sender) > NAME_LIMIT:
+            raise RemoteProtocolError(f"sender's name of {len(sender)} characters, at most {NAME_LIMIT}")
         return Header(carrier, sender.strip())
 
     def _read_request(self, data: ReceiveBuffer) -> Header | None:
@@ -174,7 +184,7 @@ class BinaryCodec(Codec):
 
     def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
         """Read eight bytes with a port number."""
-        return HeaderReply(wire.decode_number(data.take(_MARK))) if len(data.data) >= _MARK else None
+        return HeaderReply(decode_number(data.take(_MARK))) if len(data.data) >= _MARK else None
 
     def read_message(self, data: ReceiveBuffer) -> Message | None:
         """Read index, command and body."""
@@ -186,7 +196,7 @@ class BinaryCodec(Codec):
     def read_reply(self, data: ReceiveBuffer) -> Reply | None:
         """Read a Bottle."""
         available = len(data.data)
-        if available <= _SHORT_REPLY and data.data.endswith(wire.ACK):
+        if available <= _SHORT_REPLY and data.data.endswith(ACK):
             # It seems to be complete. Decoding it costs as much as finding its end.
             with suppress(RemoteProtocolError):
                 bottle, size = Bottle.decode_from(bytes(data.data), 0, self.dialect)
@@ -214,22 +224,22 @@ class BinaryCodec(Codec):
             raise RemoteProtocolError(
                 f"{bytes(data.data[:_MARK])!r} where a reply or its acknowledgement was expected"
             )
-        wire.decode_number(data.take(_MARK))
+        decode_number(data.take(_MARK))
         return _ACK
 
     def write(self, event: Event) -> list[Buffer]:
         """Return the event's bytes in pieces."""
         match event:
             case Message():
-                return wire.encode_message(event.command, event.parts or ([event.body] if event.body else ()))
+                return encode_message(event.command, event.parts or ([event.body] if event.body else ()))
             case Reply():
                 return list(event.parts) or [event.body]
             case Ack():
-                return [wire.ACK]
+                return [ACK]
             case Header():
-                return [wire.encode_header(event.carrier, event.sender)]
+                return [encode_header(event.carrier, event.sender)]
             case HeaderReply():
-                return [wire.encode_number(event.number)]
+                return [encode_number(event.number)]
         return super().write(event)
 
 
@@ -292,7 +302,7 @@ class TextCodec(Codec):
         """Return the event's lines."""
         match event:
             case Header():
-                return [wire.encode_header(event.carrier, event.sender)]
+                return [encode_header(event.carrier, event.sender)]
             case HeaderReply():
                 return _encode_lines(f"Welcome {event.sender}")
             case Message() if event.code in ("a", "d", "D"):

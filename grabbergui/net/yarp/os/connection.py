@@ -15,20 +15,11 @@ from enum import Enum
 from typing import Final, Literal
 
 from grabbergui.core.errors import LocalProtocolError, ProtocolError, TransportError
+from grabbergui.net.yarp.os.binary import MESSAGE_LIMIT
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.carrier import (
-    MESSAGE_LIMIT,
-    NAME_SER,
-    Ack,
-    Carrier,
-    Closed,
-    Event,
-    Header,
-    HeaderReply,
-    Message,
-    Reply,
-)
+from grabbergui.net.yarp.os.carrier import NAME_SER, Carrier
 from grabbergui.net.yarp.os.codecs import Codec, HeaderCodec, ReceiveBuffer, codec_for
+from grabbergui.net.yarp.os.events import Ack, Closed, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import Receiver, new_memory
 from grabbergui.net.yarp.os.values import Dialect
 
@@ -162,7 +153,6 @@ class Connection:
         self._reversing = False
         self._enter(Phase.HEADER)
 
-    # -- receiving -------------------------------------------------------------------------------
     def receive_data(self, data: Buffer) -> None:
         """Store bytes that arrived; none of them means that the peer closed the connection."""
         self._ended = not data
@@ -228,7 +218,6 @@ class Connection:
         """Read replies as Bottles of this dialect."""
         self._codec.dialect = dialect
 
-    # -- sending ---------------------------------------------------------------------------------
     def send(self, event: Event) -> list[Buffer]:
         """Encode an event without copying its body, and advance. Raises LocalProtocolError out of turn."""
         try:
@@ -238,7 +227,6 @@ class Connection:
             self._enter(Phase.ERROR)
             raise
 
-    # -- state -----------------------------------------------------------------------------------
     @property
     def _partial(self) -> bool:
         return bool(self._data.data) or not self._codec.idle

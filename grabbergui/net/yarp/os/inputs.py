@@ -25,15 +25,18 @@ from grabbergui.core.errors import (
 from grabbergui.core.scheduling import costly_work
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
-from grabbergui.net.yarp.os.admin import PAGE_NOT_FOUND, PortCommands, page_wanted
+from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message
-from grabbergui.net.yarp.os.carrier import Reply as ReplyEvent
+from grabbergui.net.yarp.os.carrier import Carrier
 from grabbergui.net.yarp.os.connection import Connection
-from grabbergui.net.yarp.os.framing import Reassembler
+from grabbergui.net.yarp.os.datagram_sockets import datagram_receiver, receive_datagrams
+from grabbergui.net.yarp.os.datagrams import Reassembler
+from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message
+from grabbergui.net.yarp.os.events import Reply as ReplyEvent
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.values import Dialect
+from grabbergui.net.yarp.os.web_page import PAGE_NOT_FOUND, page_wanted
 
 log = logging.getLogger(__name__)
 
@@ -286,7 +289,6 @@ class Input:
                 if not link.connection.idle or self._closed or self._carrier is wire.NAME_SER:
                     raise
 
-    # -- header ----------------------------------------------------------------------------------
     def _accept(self, header: Header) -> None:
         """Note who the sender is, and register the connection. Raises GrabberError."""
         self._carrier = header.carrier
@@ -319,7 +321,6 @@ class Input:
             sockets.send(self._sock, [page])
         return not header.carrier.pull
 
-    # -- messages --------------------------------------------------------------------------------
     def _handle(self, message: Message, link: Link) -> bool:
         """Handle a message, reply and acknowledge; return whether the connection continues."""
         answer = self._answer(message)
@@ -376,13 +377,12 @@ class Input:
         self._sock.close()
         self._owner.attach(self.peer, self._carrier, passed_on, replaces=self)
 
-    # -- other protocols -------------------------------------------------------------------------
     def _serve_datagrams(self, link: Link) -> None:
-        with sockets.datagram_receiver(self._sock) as sock:
+        with datagram_receiver(self._sock) as sock:
             link.send(HeaderReply(sock.getsockname()[1]))
             self._sock.close()
             messages = Reassembler(self._owner.allocate, self._owner.limit)
-            for datagram in sockets.receive_datagrams(sock, self.address, lambda: self._closed):
+            for datagram in receive_datagrams(sock, self.address, lambda: self._closed):
                 message = messages.datagram(datagram)
                 if message is not None:
                     self._answer(message)

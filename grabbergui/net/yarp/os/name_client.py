@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-import ipaddress
 import logging
-import os
-import re
 import time
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 
-from grabbergui.config import config_folders, parse_ini
 from grabbergui.core.errors import (
     RemoteProtocolError,
     ResourceExhaustedError,
     SourceNotFoundError,
     SourceUnavailableError,
     TransportError,
-    UsageError,
 )
-from grabbergui.core.regular_files import read_bounded
 from grabbergui.net.yarp.os import sockets
-from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply, check_port_name, literal_address
+from grabbergui.net.yarp.os.carrier import NAME_SER
+from grabbergui.net.yarp.os.configuration import (
+    DEFAULT_HOST,
+    DEFAULT_PORT,
+    authentication_key,
+    name_server,
+    namespace,
+    parse_address,
+)
 from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.contact import Contact, contacts
+from grabbergui.net.yarp.os.events import Header, Message, Reply
 from grabbergui.net.yarp.os.link import Link
+from grabbergui.net.yarp.os.target import check_port_name, literal_address
 
 log = logging.getLogger(__name__)
 
@@ -32,183 +34,8 @@ END = "*** end of message"
 """The line that ends every answer but those to `bot` and `announce`."""
 
 PREFIX = "NAME_SERVER "
-DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 10000
-DEFAULT_NAMESPACE = "/root"
-
-_LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d{1,5}) type (\S+)")
 
 
-# -- contacts ------------------------------------------------------------------------------------
-@dataclass(frozen=True)
-class Contact:
-    """Address of a port."""
-
-    name: str
-    host: str
-    port: int
-    carrier: str = "tcp"
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port in the form that sockets take."""
-        return self.host, self.port
-
-    def encode(self) -> str:
-        """Return the registration line."""
-        return f"registration name {self.name} ip {self.host} port {self.port} type {self.carrier}"
-
-    @classmethod
-    def decode(cls, line: str) -> Contact | None:
-        """Read a registration line; None for any other."""
-        match = _LINE.match(line)
-        if not match or not 0 < int(match[3]) < 65536:
-            return None
-        return cls(match[1], match[2], int(match[3]), match[4])
-
-
-def contacts(lines: Iterable[str]) -> list[Contact]:
-    """Return the registrations among the lines of an answer."""
-    return [contact for contact in map(Contact.decode, lines) if contact]
-
-
-# -- YARP's configuration ------------------------------------------------------------------------
-def namespace() -> str:
-    """Return the namespace, which is also the name server's own name; the first of several."""
-    words = (os.environ.get("YARP_NAMESPACE") or _read("yarp_namespace.conf")).split()
-    return words[0] if words else DEFAULT_NAMESPACE
-
-
-def name_server() -> Contact | None:
-    """Return the name server that the configuration names. Raises UsageError if it names none properly."""
-    name = namespace()
-    file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else _safe(name) + ".conf"
-    text = _read(file_name)
-    if not text.strip():
-        return None
-    if text.lstrip().startswith("["):
-        section = _section(text, "name")
-        host, port = section.get("host", ""), section.get("port", str(DEFAULT_PORT))
-    else:
-        host, port = [*text.split(), str(DEFAULT_PORT)][:2]
-    try:
-        return parse_address(f"{host}:{port}", name)
-    except UsageError as error:
-        problem = f"'{host} {port}' is no address of a name server; `yarp conf HOST PORT` writes one"
-        raise UsageError(f"{_path(file_name)}: {problem}") from error
-
-
-def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
-    """Return the server at `HOST`, `HOST:PORT` or `[HOST]:PORT`. Raises UsageError."""
-    match = re.fullmatch(r"(\[[^\]]+\]|[^:\s]+)(?::(\d{1,5}))?", text.strip())
-    port = int(match[2] or DEFAULT_PORT) if match else 0
-    if not match or not 0 < port < 65536:
-        raise UsageError(f"'{text}' is no address of a name server, write HOST:PORT")
-    return Contact(name, match[1].strip("[]"), port)
-
-
-def authentication_key() -> bytes | None:
-    """Return the key of `auth.conf`; None where ports need none."""
-    return _section(_read("auth.conf"), "auth").get("key", "").encode() or None
-
-
-def require_authentication() -> None:
-    """Raise UsageError if there is no key, so that no port is open to everybody."""
-    if authentication_key() is None:
-        folders = ", ".join(str(folder) for folder in config_folders())
-        raise UsageError(
-            "--require-authentication: no key; write a file auth.conf with the lines `[AUTH]` and "
-            f"`key SECRET` into one of {folders}, on this machine and on every peer"
-        )
-
-
-_MAX_BYTES = 1 << 20
-"Bytes of the largest file of YARP's configuration."
-
-
-def _path(name: str) -> Path | None:
-    """Return the place of a file of YARP's configuration. Raises SourceUnavailableError."""
-    for path in (folder / name for folder in config_folders()):
-        try:
-            if path.is_file():
-                return path
-        except OSError as error:
-            raise _unreadable(path, error) from error
-    return None
-
-
-def _read(name: str) -> str:
-    """Return the text of a file of YARP's configuration; empty without one. Raises SourceUnavailableError."""
-    path = _path(name)
-    try:
-        return read_bounded(path, _MAX_BYTES, "file of YARP").decode("utf-8", "replace") if path else ""
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    except UsageError as error:
-        raise SourceUnavailableError(str(error)) from error
-
-
-def _unreadable(path: Path | None, error: OSError) -> SourceUnavailableError:
-    """Return the error to raise. A key that cannot be read must not mean that none is needed."""
-    return SourceUnavailableError(f"{path} could not be read: {error.strerror or error}")
-
-
-def _section(text: str, name: str) -> Mapping[str, str]:
-    """Return a section's values, its name and keys in small letters."""
-    for section in parse_ini(text, "YARP's configuration").values():
-        if section.name.lower() == name:
-            return {key.lower(): value for key, value in section.values.items()}
-    return {}
-
-
-# -- YARP's environment variables for the ports of a program --------------------------------------
-def port_name(name: str) -> str:
-    """Return the name of a port that the program calls `name`: YARP_RENAME_x, then YARP_PORT_PREFIX.
-
-    For `/grabber/rpc` x is `grabber_rpc`. Raises UsageError for what names no port.
-    """
-    variables = {key: os.environ.get(key, "") for key in ("YARP_PORT_PREFIX", f"YARP_RENAME{_safe(name)}")}
-    prefix, renamed = variables.values()
-    try:
-        return check_port_name(prefix + (renamed or name))
-    except UsageError as error:
-        causes = " and ".join(f"{key}={value}" for key, value in variables.items() if value)
-        raise UsageError(f"{causes}: {error}" if causes else str(error)) from error
-
-
-def port_number(name: str) -> int:
-    """Return the TCP port for the port that the program calls `name`, 0 for any: YARP_PORTNUMBER_x."""
-    variable = f"YARP_PORTNUMBER{_safe(name)}"
-    text = os.environ.get(variable) or "0"
-    number = int(text) if re.fullmatch(r"\d{1,5}", text, re.ASCII) else 65536
-    if number > 65535:
-        raise UsageError(f"{variable}={text} is no TCP port")
-    return number
-
-
-def registered_address() -> str:
-    """Return the address under which to register ports if YARP_IP names one, otherwise an empty string.
-
-    A beginning stands for this machine's first address with it. Raises UsageError.
-    """
-    wanted = os.environ.get("YARP_IP", "")
-    if not wanted:
-        return ""
-    try:
-        return str(ipaddress.ip_address(wanted))
-    except ValueError:
-        local = sockets.local_addresses()
-    for address in local:
-        if address.startswith(wanted):
-            return address
-    raise UsageError(f"YARP_IP={wanted} begins no address of this machine: {', '.join(local)}")
-
-
-def _safe(name: str) -> str:
-    """Return a name as it is part of variables and file names."""
-    return re.sub(r"[^0-9A-Za-z]", "_", name)
-
-
-# -- requests ------------------------------------------------------------------------------------
 Lines = list[str]
 Contacts = list[Contact]
 TIMEOUT = 5.0

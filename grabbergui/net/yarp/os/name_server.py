@@ -15,23 +15,22 @@ from typing import Final
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.net.yarp.os import sockets
-from grabbergui.net.yarp.os.admin import PortCommands, encode_page
+from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import PORT_NAME_LIMIT
-from grabbergui.net.yarp.os.inputs import Reply, Request
-from grabbergui.net.yarp.os.name_client import (
+from grabbergui.net.yarp.os.bottle_text import quoted
+from grabbergui.net.yarp.os.configuration import (
     DEFAULT_HOST,
     DEFAULT_NAMESPACE,
     DEFAULT_PORT,
-    END,
-    PREFIX,
-    Contact,
-    NameClient,
     authentication_key,
-    contacts,
 )
+from grabbergui.net.yarp.os.contact import Contact, contacts
+from grabbergui.net.yarp.os.inputs import Reply, Request
+from grabbergui.net.yarp.os.name_client import END, PREFIX, NameClient
 from grabbergui.net.yarp.os.port import Port
-from grabbergui.net.yarp.os.values import quoted, word
+from grabbergui.net.yarp.os.target import PORT_NAME_LIMIT
+from grabbergui.net.yarp.os.values import word
+from grabbergui.net.yarp.os.web_page import encode_page
 
 PORTS_LIMIT: Final = 5_000
 """Largest number of registered ports; YARP has no limit. Listing that many takes about 20 ms."""

@@ -25,19 +25,19 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.carrier import Carrier, Target, check_port_name, literal_address
+from grabbergui.net.yarp.os.carrier import Carrier
+from grabbergui.net.yarp.os.contact import Contact
 from grabbergui.net.yarp.os.framing import new_memory
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
-from grabbergui.net.yarp.os.link import Link, Listener, report_end, tell_all
-from grabbergui.net.yarp.os.name_client import (
-    Contact,
-    NameClient,
-    port_name,
-    port_number,
-    registered_address,
-)
+from grabbergui.net.yarp.os.link import Link, report_end, tell_all
+from grabbergui.net.yarp.os.listener import Listener
+from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import Output, connect
-from grabbergui.net.yarp.os.registry import Registration, Registry, StrangerLog
+from grabbergui.net.yarp.os.port_environment import port_name, port_number, registered_address
+from grabbergui.net.yarp.os.registration import Registration
+from grabbergui.net.yarp.os.registry import Registry
+from grabbergui.net.yarp.os.stranger_log import StrangerLog
+from grabbergui.net.yarp.os.target import Target, check_port_name, literal_address
 from grabbergui.net.yarp.os.values import Item, Vocab
 
 log = logging.getLogger(__name__)
@@ -102,7 +102,6 @@ class Port:
         self._listener = Listener(self.name, self._welcome, self._registry.free_resources)
         self._registration: Registration | None = None
 
-    # -- life ------------------------------------------------------------------------------------
     def open(self) -> None:
         """Listen and register. Leaves nothing open if it raises SourceUnavailableError or TransportError."""
         bind, host = self._addresses()
@@ -179,7 +178,6 @@ class Port:
             return
         self._registry.add(connection)
 
-    # -- connections -----------------------------------------------------------------------------
     @property
     def port_number(self) -> int:
         """The TCP port at which it listens; 0 before it is open."""
@@ -300,7 +298,6 @@ class Port:
         except GrabberError as error:
             log.debug("%s: %s does not know of the end: %s", self.name, output.reader, error)
 
-    # -- owner of its inputs ---------------------------------------------------------------------
     def register(self, connection: Input) -> None:
         """Accept a connection whose sender is known, and close any older connection from the same port."""
         if connection.peer.startswith("/"):

@@ -16,16 +16,18 @@ import numpy as np
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.frame import BufferPool
-from grabbergui.net.yarp import image
+from grabbergui.net.yarp.mjpeg import JpegStreamReader, decode_jpeg
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os.binary import MESSAGE_LIMIT
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Header, Target
+from grabbergui.net.yarp.os.events import Header
 from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.link import administer, greet, tell_all
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import Outgoing
 from grabbergui.net.yarp.os.port import NO_OUTPUT, Handler, Port
+from grabbergui.net.yarp.os.target import Target
 from grabbergui.net.yarp.os.values import Vocab
 
 log = logging.getLogger(__name__)
@@ -102,7 +104,7 @@ class InputPort(Port):
     """Receives a stream; keeps the newest messages, so a slow reader never holds up a source."""
 
     sends = False
-    limit = wire.MESSAGE_LIMIT
+    limit = MESSAGE_LIMIT
 
     def __init__(
         self, name: str, names: NameClient | None = None, *, depth: int = 1, bind: str = "", port: int = 0
@@ -140,7 +142,7 @@ class InputPort(Port):
                 return message, envelope
             try:
                 # On the reading thread, so that an image that nobody reads is not decoded.
-                header, pixels, envelope = image.decode_jpeg(message)
+                header, pixels, envelope = decode_jpeg(message)
             except RemoteProtocolError as error:
                 log.info("%s: %s", self.name, error)
                 continue
@@ -283,7 +285,7 @@ class _Puller:
             self._thread.join(5)
 
     def _run(self) -> None:
-        stream = image.JpegStreamReader()
+        stream = JpegStreamReader()
         try:
             data = self._link.connection.trailing_data
             while data:

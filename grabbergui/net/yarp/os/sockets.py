@@ -9,62 +9,19 @@ With a key in `auth.conf` both sides of a connection first prove to each other t
 from __future__ import annotations
 
 import errno
-import hashlib
-import hmac
-import os
 import select
 import socket
 import struct
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
-from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, ResourceExhaustedError, TransportError
+from grabbergui.core.errors import AckTimeoutError, ResourceExhaustedError, TransportError
 from grabbergui.core.scheduling import wait_readable, wait_writable
+from grabbergui.net.yarp.os.authentication import _HANDSHAKE_BYTES, Handshake
 from grabbergui.net.yarp.os.bottle import Buffer
 
-# -- authentication ------------------------------------------------------------------------------
-_NONCE_BYTES = 8
-_DIGEST_BYTES = 32
-_HANDSHAKE_BYTES = _NONCE_BYTES + _DIGEST_BYTES
-
-
-class Handshake:
-    """One side of the authentication: send what `begin` and `received` return, until `done`."""
-
-    def __init__(self, key: bytes, *, accepting: bool, nonce: Callable[[int], bytes] = os.urandom) -> None:
-        self.done = False
-        self._key = key
-        self._accepting = accepting
-        self._nonce = nonce
-        self._nonces = b""
-
-    def begin(self) -> bytes:
-        """Return the first message of the accepting side; the other sends nothing first."""
-        return self._message() if self._accepting else b""
-
-    def received(self, message: bytes) -> bytes:
-        """Check 40 bytes of the peer; return the next message, empty if none. Raises AccessDeniedError."""
-        self._nonces += message[:_NONCE_BYTES]
-        if not hmac.compare_digest(self._digest(), message[_NONCE_BYTES:]):
-            raise AccessDeniedError("the peer does not know the key of auth.conf")
-        last = len(self._nonces) == 3 * _NONCE_BYTES
-        answer = b"" if last else self._message()
-        self.done = len(self._nonces) == 3 * _NONCE_BYTES
-        return answer
-
-    def _message(self) -> bytes:
-        nonce = self._nonce(_NONCE_BYTES)
-        self._nonces += nonce
-        return nonce + self._digest()
-
-    def _digest(self) -> bytes:
-        return hmac.new(self._key, self._nonces, hashlib.sha256).digest()
-
-
-# -- connections ---------------------------------------------------------------------------------
 CONNECT_TIMEOUT = 5.0
 _GATHER = 64
 _SMALL_BYTES = 1 << 14
@@ -305,67 +262,3 @@ def local_addresses() -> list[str]:
 
     found = [address for addresses in psutil.net_if_addrs().values() for address in addresses]
     return [address.address for address in found if address.family in (socket.AF_INET, socket.AF_INET6)]
-
-
-# -- datagrams -----------------------------------------------------------------------------------
-_BUFFER_BYTES = 4 << 20
-"""Buffer size of a socket for datagrams; the kernel sizes those of TCP itself."""
-_POLL_SECONDS = 0.5
-_LONG_DATAGRAM = 49_000
-_GAP_SECONDS = 0.001
-"""Pause after a long datagram, as in YARP: a reader's kernel holds three of them by default, and a lost one
-takes its whole image with it."""
-
-
-def send_datagrams(sock: socket.socket, datagrams: Iterable[Sequence[Buffer]]) -> None:
-    """Send the datagrams of a message. Raises TransportError."""
-    for datagram in datagrams:
-        if send(sock, datagram) > _LONG_DATAGRAM:
-            time.sleep(_GAP_SECONDS)
-
-
-def datagram_sender(sock: socket.socket, port: int) -> socket.socket:
-    """Close the TCP connection and return a UDP socket to `port` at its other end. Raises TransportError."""
-    # The receiver knows us by the address and port that the TCP connection had.
-    local, remote = sock.getsockname(), sock.getpeername()
-    sock.close()
-    if not 0 < port < 65536:
-        raise TransportError(f"it offers UDP port {port}")
-    datagrams = socket.socket(sock.family, socket.SOCK_DGRAM)
-    try:
-        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)
-        # A YARP built without ACE takes that very port for itself; on one machine we must use another.
-        with suppress(OSError):
-            datagrams.bind(local[:2])
-        datagrams.connect((remote[0], port))
-    except OSError as error:
-        datagrams.close()
-        raise TransportError(f"no UDP to {remote[0]}:{port}: {reason(error)}") from error
-    return datagrams
-
-
-def datagram_receiver(sock: socket.socket) -> socket.socket:
-    """Return a UDP socket at a free port of the address at which a TCP connection arrived."""
-    datagrams = socket.socket(sock.family, socket.SOCK_DGRAM)
-    try:
-        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
-        datagrams.bind((sock.getsockname()[0], 0))
-        set_deadline(datagrams, _POLL_SECONDS)
-    except BaseException:
-        datagrams.close()
-        raise
-    return datagrams
-
-
-def receive_datagrams(sock: socket.socket, sender: str, ended: Callable[[], bool]) -> Iterator[memoryview]:
-    """Yield the datagrams from one address until `ended` is true; each is valid until the next."""
-    buffer = memoryview(bytearray(65536))
-    while not ended():
-        try:
-            size, address = sock.recvfrom_into(buffer)
-        except (BlockingIOError, ConnectionError):
-            continue
-        # The port may differ: a YARP built without ACE does not send from that of its TCP connection.
-        if address[0] == sender:
-            yield buffer[:size]

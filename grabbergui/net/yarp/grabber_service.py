@@ -10,33 +10,26 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from grabbergui.calibration.camera_info import FittedCalibration
 from grabbergui.core.errors import (
-    AckTimeoutError,
     FeatureAccessError,
     FeatureNotFoundError,
     FeatureValueError,
     FrameTimeoutError,
     GrabberError,
-    RemoteProtocolError,
-    SourceNotFoundError,
-    SourceUnavailableError,
     TransportError,
     UsageError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, frame_rate, frame_wait
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
-from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
-from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
-from grabbergui.net.tree import Terminal, TreeFeatures, TreeService, no_terminal
+from grabbergui.net.tree import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp import grabber_values
-from grabbergui.net.yarp.client_numbers import NumberFeatures
+from grabbergui.net.yarp.grabber_image import Capability
 from grabbergui.net.yarp.grabber_rpc import (
     Call,
     Operation,
@@ -44,21 +37,16 @@ from grabbergui.net.yarp.grabber_rpc import (
     Reply,
     Status,
     encode_reply,
-    encode_request,
-    read_reply,
     read_request,
 )
 from grabbergui.net.yarp.grabber_values import Configuration, Value, Vertices, intrinsics
-from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.outputs import RpcClient
-from grabbergui.net.yarp.os.registry import StrangerLog
-from grabbergui.net.yarp.os.values import Dialect, item_text
+from grabbergui.net.yarp.os.stranger_log import StrangerLog
+from grabbergui.net.yarp.os.values import item_text
 
 log = logging.getLogger(__name__)
 
-# -- the service ---------------------------------------------------------------------------------
+
 FRAME_TIMEOUT = 1.0
 """Seconds, besides two frame periods, that an image request waits for the next frame."""
 
@@ -126,7 +114,6 @@ class GrabberService:
             status = next((status for kind, status in _STATUS if isinstance(error, kind)), Status.FAILED)
             return Reply(status=status, text=str(error) if isinstance(error, UsageError) else "")
 
-    # -- YARP's interfaces -----------------------------------------------------------------------
     def _make_actions(self) -> dict[Operation, Callable[..., tuple[Value, ...]]]:
         numbered = self._features
         return {
@@ -202,7 +189,6 @@ class GrabberService:
             raise FeatureAccessError(f"{role.names[0]} cannot be read at the moment", role.names[0])
         return value
 
-    # -- images ----------------------------------------------------------------------------------
     def _frame(self) -> Frame:
         """Return the next frame; a camera that does not stream has none.
 
@@ -236,7 +222,6 @@ class GrabberService:
             raise UsageError(_CROP_OUTSIDE)
         return (capability.item(frame, (left, top, right + 1, bottom + 1)),)
 
-    # -- our own vocabulary ----------------------------------------------------------------------
     def _answer_tree(self, request: Bottle) -> Bottle:
         try:
             verb, *arguments = [item_text(item) for item in request[1:]] or [""]
@@ -257,122 +242,3 @@ def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:
 
 def _no_zoom(*_: Value) -> tuple[Value, ...]:
     raise FeatureNotFoundError("the field of view follows from the lens and the region; set those", "Zoom")
-
-
-# -- the link ------------------------------------------------------------------------------------
-TIMEOUT = 2.0
-"""Seconds for one request to a server of YARP's own."""
-
-
-class Features(RemoteFeatures, Protocol):
-    """Features whose changes must be polled."""
-
-    def changes(self) -> frozenset[str]:
-        """Return the names of features that others changed since the last call."""
-
-
-class GrabberLink:
-    """The request side of a remote frame grabber. One thread at a time."""
-
-    def __init__(self, name: str, names: NameClient, *, timeout: float | None = None) -> None:
-        """Connect and find out what the server speaks; `timeout` is TIMEOUT unless given.
-
-        Raises SourceNotFoundError, SourceUnavailableError from the name server, TransportError where the
-        port does not answer.
-        """
-        self._name, self._names = name, names
-        self._timeout = TIMEOUT if timeout is None else timeout
-        self._camera = DeviceInfo("")
-        self.silent = False
-        "True if the port answers no requests and only sends images."
-        self.failed = ""
-        "Why a request for a feature got no answer from a server of ours; empty if each got one."
-        self._deaf = False
-        "True if the port does not even acknowledge requests; then none is sent."
-        self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
-        try:
-            self.dialect, self.ours = self._find_dialect()
-        except AckTimeoutError:
-            self._rpc.close()
-            if self._rpc.target != name:
-                raise
-            # A program's image port takes a request for the start of an image, and waits for the rest.
-            self.silent = self._deaf = True
-            self.dialect, self.ours = Dialect.YARP3, False
-        except BaseException:
-            self._rpc.close()
-            raise
-
-    def features(self) -> Features:
-        """Return the features that the server offers. Takes many requests."""
-        return TreeFeatures(self._ask_tree) if self.ours else NumberFeatures(self.ask)
-
-    def info(self, info: DeviceInfo) -> DeviceInfo:
-        """Return `info` completed with the camera's properties that the server reports."""
-        if self.ours:
-            return reached_by(info, self._camera)
-        description = self.ask(Operation.DESCRIPTION)
-        model = str(description.values[1]) if description.ok else ""
-        return reached_by(info, DeviceInfo(info.uri, model=model))
-
-    def ask(self, operation: Operation, *arguments: Value) -> Reply:
-        """Perform an operation on the server; an invalid answer is a failure."""
-        if self._deaf:
-            return Reply(status=Status.NOT_IMPLEMENTED)
-        call = Call(operation, arguments, self.dialect)
-        reply = self._rpc.call(encode_request(call), self._timeout)
-        if reply is None:
-            return Reply(status=Status.NOT_IMPLEMENTED)
-        try:
-            return read_reply(call, reply)
-        except RemoteProtocolError as error:
-            return Reply(status=Status.FAILED, text=str(error))
-
-    def is_grabber(self) -> bool:
-        """Return whether the server answers as a frame grabber does."""
-        return self.ours or self.ask(Operation.WIDTH).ok
-
-    def _ask_tree(self, verb: str, *arguments: str) -> Any:
-        try:
-            reply = self._rpc.call(grabber_values.tree_request(verb, *arguments), TREE_TIMEOUT)
-        except (TransportError, SourceNotFoundError, SourceUnavailableError) as error:
-            self.failed = str(error)
-            raise
-        return grabber_values.read_tree_reply(reply or Bottle())
-
-    def check(self) -> None:
-        """Raise TransportError or SourceNotFoundError if the server does not answer."""
-        if self._deaf:
-            self._names.query(self._name)
-        else:
-            self.ask(Operation.WIDTH)
-
-    def close(self) -> None:
-        """Close the connection. May be called twice; never raises."""
-        self._rpc.close()
-
-    def _find_dialect(self) -> tuple[Dialect, bool]:
-        """Return the server's YARP version, and whether it knows our vocabulary.
-
-        Servers of both versions reply to unknown requests, and none of these requests makes one hang.
-        """
-        reply = self._rpc.call(grabber_values.tree_request("hello"), self._timeout)
-        self.silent = reply is None
-        if reply and grabber_values.tree_understood(reply):
-            self._camera = grabber_values.read_tree_hello(reply)
-            return Dialect.YARP3, True
-        width = self._rpc.call(encode_request(Call(Operation.WIDTH, dialect=Dialect.YARP4)), self._timeout)
-        if width and isinstance(width[0], list):
-            self._rpc.dialect = Dialect.YARP4
-            return Dialect.YARP4, False
-        return Dialect.YARP3, False
-
-
-def _request_port(name: str, names: NameClient) -> str:
-    """Return NAME/rpc, or the image port itself, which answers the same requests."""
-    try:
-        names.query(f"{name}/rpc")
-        return f"{name}/rpc"
-    except SourceNotFoundError:
-        names.query(name)
-        return name
