@@ -83,6 +83,6 @@ def _elements(name: str, array: _Array, text: str) -> list[Any]:
         raise FeatureValueError(f"{name}={text[:60]}: that is no list; {how}", name) from None
     for place, element in enumerate(elements):
         if not array.accepts(element):
-            shown = to_json(element, ascii_only=False)[:60]
+            shown = str(element) if isinstance(element, float) else to_json(element, ascii_only=False)[:60]
             raise FeatureValueError(f"{name}: {shown}, at place {place + 1}, does not fit; {how}", name)
     return list(elements)

@@ -44,7 +44,7 @@ def test_what_is_read_can_be_written(data, kind):
     ("kind", "text", "words"),
     [
         (DOUBLE_ARRAY, "[1, two]", r"that is no list; write a list as \[0.5, 1e-3, 2\]"),
-        (DOUBLE_ARRAY, "[1, NaN]", "NaN, at place 2, does not fit"),
+        (DOUBLE_ARRAY, "[1, NaN]", "nan, at place 2, does not fit"),
         (DOUBLE_ARRAY, f"[1{'0' * 400}]", "at place 1, does not fit"),
         (DOUBLE_ARRAY, "[true]", "true, at place 1, does not fit"),
         (INTEGER_ARRAY, "1, 2.5", "2.5, at place 2, does not fit"),
