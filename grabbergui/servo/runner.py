@@ -8,24 +8,22 @@ from __future__ import annotations
 
 import gc
 import logging
-import math
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import Guard
+from grabbergui.servo.image_watch import ImageWatch
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import State
@@ -289,61 +287,3 @@ class Runner:
         except GrabberError as error:
             log.debug("%s: %s", self.robot.name, error)
             return None
-
-
-# -- images that do not count --------------------------------------------------------------------
-_SPARSE = 16
-"Every so many rows are compared first, as they nearly always differ."
-_NOISE = 0.5
-"Share of pixels that a sensor's noise changes from image to image, at least; a moving person changes fewer."
-_NOISY = 3
-"So many images in a row with noise show that the camera has some."
-_RESTING = math.radians(0.5)
-"Largest motion of a joint of a head at rest: readings scatter."
-
-
-class ImageWatch:
-    """Compares each image of a source with the one before. Use from one thread.
-
-    A camera that hangs may send its last image for ever, with new stamps: a head that turned to a target in
-    it would turn on and on. So an image that equals the last one in every pixel does not count once the head
-    has moved, nor ever from a camera whose images had noise. A simulator's images may have none.
-    """
-
-    def __init__(self) -> None:
-        self._last: NDArray[np.uint8] | None = None
-        self._region: tuple[int, int, int, int] | None = None
-        self._head: Vector | None = None
-        "The head's joints at the last image that was new."
-        self._noisy = 0
-        "Number of images in a row with noise, up to `_NOISY`, where it stays."
-
-    def problem_of(self, frame: Frame, grey: NDArray[np.uint8], head: Vector | None) -> str:
-        """Return why an image does not count, as display text; empty if it does.
-
-        `grey` are its pixels, `head` the head's joints. Raises UsageError if size or region changed, as the
-        calibration is of those before.
-        """
-        region = (frame.width, frame.height, frame.offset_x, frame.offset_y)
-        before, self._region = self._region, region
-        if before is not None and before != region:
-            raise UsageError(
-                f"the camera's region changed from {_region_text(before)} to {_region_text(region)}: set it "
-                "back, or start again if the calibration is right for it"
-            )
-        resting = (
-            head is not None and self._head is not None and bool(np.all(np.abs(head - self._head) < _RESTING))
-        )
-        last, self._last = self._last, grey
-        changed = 1.0 if last is None else float(np.mean(last[::_SPARSE] != grey[::_SPARSE]))
-        if last is not None and not changed and np.array_equal(last, grey):
-            return "" if resting and self._noisy < _NOISY else "the camera repeats its image"
-        if resting and self._noisy < _NOISY:
-            self._noisy = self._noisy + 1 if changed > _NOISE else 0
-        self._head = head
-        return ""
-
-
-def _region_text(region: tuple[int, int, int, int]) -> str:
-    width, height, x, y = region
-    return f"{width}×{height} at ({x}, {y})"

@@ -29,7 +29,7 @@ from grabbergui.servo import closed_loop, report
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.runner import ImageWatch, Runner
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from patience import until
 
@@ -308,53 +308,6 @@ def test_a_camera_that_sends_its_last_image_for_ever_moves_nothing(repeating):
     images = runner.images
     time.sleep(0.2)
     assert runner.images == images
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"offset_x": 8}, r"from 64×48 at \(0, 0\) to 64×48 at \(8, 0\): set it back"),
-        ({"width": 32, "height": 24}, r"to 32×24 at \(0, 0\)"),
-    ],
-)
-def test_a_region_that_changes_ends_the_run_until_a_person_starts_it_again(change, said):
-    frame = frame_of(np.zeros((48, 64), np.uint8))
-    changed = dataclasses.replace(frame, **change)
-    watch, head = ImageWatch(), np.zeros(2)
-    watch.problem_of(frame, frame.mono(), head)
-    with pytest.raises(UsageError, match=said):
-        watch.problem_of(changed, changed.mono(), head)
-
-
-def test_only_an_image_that_is_the_same_in_every_pixel_is_a_repetition():
-    frame, watch = frame_of(np.zeros((48, 64), np.uint8)), ImageWatch()
-    grey = frame.mono()
-    other = grey.copy()
-    other[17, 5] = 1
-    assert [bool(watch.problem_of(frame, each, None)) for each in (grey, other, grey, grey)] == [0, 0, 0, 1]
-
-
-def test_a_simulator_without_noise_may_repeat_the_view_of_a_head_at_rest():
-    """In Gazebo, nothing would ever move for a marker that stands still."""
-    frame, watch = frame_of(np.zeros((48, 64), np.uint8)), ImageWatch()
-    person = frame.mono().copy()
-    for image in range(40):
-        person[:, :20] = image % 256
-        assert not watch.problem_of(frame, person.copy(), np.array([0.1, 0.0]))
-    for _ in range(40):
-        assert not watch.problem_of(frame, person.copy(), np.array([0.1, 0.0004])), "readings scatter"
-    assert watch.problem_of(frame, person.copy(), np.array([0.1, 0.02])) == "the camera repeats its image"
-    person[0, 0] += 1
-    assert not watch.problem_of(frame, person.copy(), np.array([0.1, 0.02]))
-
-
-def test_a_camera_with_noise_never_repeats_its_image():
-    generator, watch = np.random.default_rng(1), ImageWatch()
-    frame = frame_of(np.zeros((48, 64), np.uint8))
-    for _ in range(12):
-        grey = generator.integers(100, 104, (48, 64), np.uint8)
-        assert not watch.problem_of(frame, grey, np.zeros(2))
-    assert watch.problem_of(frame, grey, np.zeros(2)) == "the camera repeats its image"
 
 
 # -- what is left behind -------------------------------------------------------------------------
