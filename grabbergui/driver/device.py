@@ -372,7 +372,7 @@ def unpack(stored: bytes) -> bytes:
                     xml = member.read(MAX_XML_BYTES + 1)
             except zipfile.BadZipFile as error:
                 xml = _without_checksum(stored, archive.getinfo(names[0]))
-                if not _parses(xml):
+                if not parses(xml):
                     raise
                 log.warning("the zipped description has a wrong checksum but parses: %s", error)
     # zipfile raises RuntimeError for encryption and unknown versions, ValueError for impossible offsets.
@@ -402,7 +402,7 @@ def _without_checksum(stored: bytes, member: zipfile.ZipInfo) -> bytes:
     return zlib.decompressobj(-zlib.MAX_WBITS).decompress(packed, MAX_XML_BYTES + 1)
 
 
-def _parses(xml: bytes) -> bool:
+def parses(xml: bytes) -> bool:
     """Return whether bytes are a well-formed document without entities of its own."""
     if len(xml) > MAX_XML_BYTES or b"<!ENTITY" in xml:
         return False

@@ -10,13 +10,14 @@ import hashlib
 import logging
 import struct
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
 from grabbergui.core.device_text import text_field
-from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.device import MAX_STORED_BYTES, unpack
+from grabbergui.core.errors import DeviceStatusError, RemoteProtocolError
+from grabbergui.driver.device import MAX_STORED_BYTES, parses, unpack
 
 log = logging.getLogger(__name__)
 
@@ -230,9 +231,13 @@ _TEXTS = {
 def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:
     """Return the identity registers of an open camera as fields of `DeviceInfo`.
 
-    `read` takes an address and a length in bytes; its errors pass through.
+    `read` takes an address and a length in bytes; its errors pass through, except for refused registers.
     """
-    return {name: text_field(read(address, STRING_SIZE)) for name, address in _TEXTS.items()}
+    texts = {}
+    for name, address in _TEXTS.items():
+        with suppress(DeviceStatusError):  # the user's name is optional, others are forgotten by some
+            texts[name] = text_field(read(address, STRING_SIZE))
+    return texts
 
 
 @dataclass(frozen=True)
@@ -318,12 +323,12 @@ class ManifestEntry:
         )
 
 
-def best_description(entries: list[ManifestEntry]) -> ManifestEntry:
-    """Return the device's newest description file. Raises RemoteProtocolError if there is none."""
+def descriptions(entries: list[ManifestEntry]) -> list[ManifestEntry]:
+    """Return the device's description files, the newest first. Raises RemoteProtocolError without one."""
     candidates = [entry for entry in entries if entry.file_type == ManifestEntry.DEVICE_XML]
     if not candidates:
         raise RemoteProtocolError(f"none of the manifest's {len(entries)} files is a GenICam description")
-    return max(candidates, key=lambda entry: entry.version)
+    return sorted(candidates, key=lambda entry: entry.version, reverse=True)
 
 
 MOST_ENTRIES = 64
@@ -334,13 +339,33 @@ def read_description(read: Callable[[int, int], bytes], manifest_address: int) -
 
     Raises RemoteProtocolError for an invalid manifest or file; errors of `read` pass through.
     """
+    if not manifest_address:
+        raise RemoteProtocolError("the camera names no manifest of its files")
     count = int.from_bytes(read(manifest_address, 8), "little")
     if not 0 < count <= MOST_ENTRIES:
         raise RemoteProtocolError(f"the manifest announces {count} files; 1 to {MOST_ENTRIES} make sense")
     size = ManifestEntry.FORMAT.size
     first = manifest_address + 8
     entries = [ManifestEntry.decode(read(first + index * size, size)) for index in range(count)]
-    entry = best_description(entries)
+    problems = []
+    unparsed = b""
+    for entry in descriptions(entries):
+        try:
+            xml = _stored_in(entry, read)
+        except (RemoteProtocolError, DeviceStatusError) as error:
+            problems.append(f"version {'.'.join(map(str, entry.version))}: {error}")
+            log.warning("a description in the manifest cannot be read: %s", problems[-1])
+            continue
+        if parses(xml):
+            return xml
+        # Such a one may be usable all the same, but an older one may be whole.
+        unparsed = unparsed or xml
+    if not unparsed:
+        raise RemoteProtocolError(f"no description in the manifest can be read: {'; '.join(problems)}")
+    return unparsed
+
+
+def _stored_in(entry: ManifestEntry, read: Callable[[int, int], bytes]) -> bytes:
     if not 0 < entry.size <= MAX_STORED_BYTES:
         raise RemoteProtocolError(f"the manifest announces a description of {entry.size} bytes")
     stored = read(entry.address, entry.size)

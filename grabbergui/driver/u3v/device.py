@@ -43,9 +43,12 @@ from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera, find_camer
 from grabbergui.driver.u3v.stream_protocol import TransferPlan
 from grabbergui.driver.u3v.threads import DeviceClock, StreamReceiver, Watcher
 from grabbergui.driver.u3v.transfer_queues import TransferQueue, open_queue
-from grabbergui.driver.u3v.usb import RegisterAccess, UsbHandle
+from grabbergui.driver.u3v.usb import FIRST_TRANSFER, RegisterAccess, UsbHandle
 
 log = logging.getLogger(__name__)
+
+USUAL_RESPONSE_TIME_MS = 500
+"Of a camera that does not report the longest time until it acknowledges a command."
 
 LARGEST_TRANSFER = 1 << 20
 "Bytes of a payload transfer. Some controllers lose data beyond 64 KiB; transfer_size in the URI lowers it."
@@ -109,8 +112,7 @@ class U3vDevice(Device):
             self._read_bootstrap(registers)
             uri = self.info.uri if self._name else camera.info.uri
             info = replace(camera.info, uri=uri)
-            with contextlib.suppress(DeviceStatusError):
-                info = with_texts(info, bootstrap.identity_texts(registers.read))
+            info = with_texts(info, bootstrap.identity_texts(registers.read))
             if self._identified:
                 require_same(self.info, info)
             self.info, self._identified = info, True
@@ -142,19 +144,26 @@ class U3vDevice(Device):
             handle.close()
 
     def _read_bootstrap(self, registers: RegisterAccess) -> None:
-        registers.channel.set_maximum_response_time(registers.read_u32(Abrm.MAXIMUM_RESPONSE_TIME))
-        capability = registers.read_u64(Abrm.DEVICE_CAPABILITY)
-        self._has_clock = bool(capability & Abrm.CAPABILITY_TIMESTAMP)
-        self._manifest_address = registers.read_u64(Abrm.MANIFEST_TABLE_ADDRESS)
-        sbrm = self._sbrm_address = registers.read_u64(Abrm.SBRM_ADDRESS)
-        technology = registers.read_u64(sbrm + Sbrm.CAPABILITY)
-        registers.set_longest_transfers(
-            registers.read_u32(sbrm + Sbrm.MAXIMUM_COMMAND_TRANSFER),
-            registers.read_u32(sbrm + Sbrm.MAXIMUM_ACKNOWLEDGE_TRANSFER),
+        """Read the registers that lead to the others. A camera that refuses one does without it."""
+        optional = registers.read_optional
+        registers.channel.set_maximum_response_time(
+            optional(Abrm.MAXIMUM_RESPONSE_TIME, 4, USUAL_RESPONSE_TIME_MS)
         )
-        has_sirm, has_eirm = technology & Sbrm.CAPABILITY_SIRM, technology & Sbrm.CAPABILITY_EIRM
-        self._sirm_address = registers.read_u64(sbrm + Sbrm.SIRM_ADDRESS) if has_sirm else 0
-        self._eirm_address = registers.read_u64(sbrm + Sbrm.EIRM_ADDRESS) if has_eirm else 0
+        self._has_clock = bool(optional(Abrm.DEVICE_CAPABILITY, 8) & Abrm.CAPABILITY_TIMESTAMP)
+        self._manifest_address = optional(Abrm.MANIFEST_TABLE_ADDRESS, 8)
+        self._sirm_address = self._eirm_address = 0
+        sbrm = optional(Abrm.SBRM_ADDRESS, 8)
+        if not sbrm:
+            return
+        technology = optional(sbrm + Sbrm.CAPABILITY, 8, Sbrm.CAPABILITY_SIRM)
+        registers.set_longest_transfers(
+            optional(sbrm + Sbrm.MAXIMUM_COMMAND_TRANSFER, 4, FIRST_TRANSFER),
+            optional(sbrm + Sbrm.MAXIMUM_ACKNOWLEDGE_TRANSFER, 4, FIRST_TRANSFER),
+        )
+        if technology & Sbrm.CAPABILITY_SIRM:
+            self._sirm_address = optional(sbrm + Sbrm.SIRM_ADDRESS, 8)
+        if technology & Sbrm.CAPABILITY_EIRM:
+            self._eirm_address = optional(sbrm + Sbrm.EIRM_ADDRESS, 8)
 
     # -- watching --------------------------------------------------------------------------------
     def _start_watching(self, camera: UsbCamera, handle: UsbHandle, registers: RegisterAccess) -> None:
@@ -163,8 +172,13 @@ class U3vDevice(Device):
         if event is not None:
             handle.claim(event.number)
             handle.clear_halt(event.endpoint_in)
-            longest = registers.read_u32(self._eirm_address + Eirm.MAXIMUM_EVENT_TRANSFER)
-            registers.write_u32(self._eirm_address + Eirm.CONTROL, Eirm.EVENT_ENABLE)
+            longest = registers.read_optional(
+                self._eirm_address + Eirm.MAXIMUM_EVENT_TRANSFER, 4, FIRST_TRANSFER
+            )
+            try:
+                registers.write_u32(self._eirm_address + Eirm.CONTROL, Eirm.EVENT_ENABLE)
+            except DeviceStatusError as error:
+                log.warning("%s: the camera does not enable events: %s", self.info.title, error)
         self._watcher = Watcher(
             handle, event, longest, self.report_event, self.report_lost, self._synchronise_clock
         )
@@ -285,7 +299,8 @@ class U3vDevice(Device):
             (Sirm.REQUIRED_LEADER_SIZE, 4),
             (Sirm.REQUIRED_TRAILER_SIZE, 4),
         )
-        return StreamRequirements.decode(b"".join(registers.read(sirm + at, size) for at, size in sizes))
+        values = (registers.read_optional(sirm + at, size).to_bytes(size, "little") for at, size in sizes)
+        return StreamRequirements.decode(b"".join(values))
 
     def _write_plan(self, registers: RegisterAccess, plan: TransferPlan) -> None:
         data = plan.encode()

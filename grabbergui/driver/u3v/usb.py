@@ -25,6 +25,7 @@ from grabbergui.core.errors import (
     AccessDeniedError,
     AckTimeoutError,
     DeviceLostError,
+    DeviceStatusError,
     GrabberError,
     LocalProtocolError,
     RemoteProtocolError,
@@ -290,6 +291,14 @@ class RegisterAccess:
     def read_u64(self, address: int) -> int:
         """Return a little-endian register of eight bytes."""
         return int.from_bytes(self.read(address, 8), "little")
+
+    def read_optional(self, address: int, length: int, otherwise: int = 0) -> int:
+        """Return a little-endian register that a device need not have; `otherwise` if it refuses to."""
+        try:
+            return int.from_bytes(self.read(address, length), "little")
+        except DeviceStatusError as error:
+            log.info("the camera has no register 0x%X: %s", address, error)
+            return otherwise
 
     def write_u32(self, address: int, value: int) -> None:
         """Write a little-endian register of four bytes."""

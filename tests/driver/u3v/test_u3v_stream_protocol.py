@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from u3v_bench import records, transcripts
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.u3v.bootstrap import ManifestEntry, StreamRequirements, best_description
+from grabbergui.driver.u3v.bootstrap import ManifestEntry, StreamRequirements, descriptions
 from grabbergui.driver.u3v.stream_protocol import (
     Leader,
     PayloadType,
@@ -136,4 +136,4 @@ def test_the_recorded_manifest_leads_to_the_description(name: str) -> None:
     assert (entry.file_type, entry.file_format) == (0, 0)
     assert entry.address == 0x100000
     assert entry.encode() == raw
-    assert best_description([entry]) is entry
+    assert descriptions([entry]) == [entry]
