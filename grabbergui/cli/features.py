@@ -12,7 +12,7 @@ from grabbergui.cli.arguments import add_source, counted, opened, remember_value
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.visible_text import print_json, print_line, print_lines
@@ -82,7 +82,7 @@ def write(grabber: FrameGrabber, key: SettingKey, text: str) -> Feature:
 def report(feature: Feature, key: SettingKey | None = None) -> str:
     """Return `NAME = VALUE UNIT`, the name with the selectors of `key`."""
     unit = f" {feature.unit}" if feature.unit else ""
-    return f"{key or feature.name} = {format_value(feature.value)}{unit}"
+    return f"{key or feature.name} = {feature.text}{unit}"
 
 
 def _features(options: argparse.Namespace) -> int:

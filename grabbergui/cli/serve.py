@@ -20,7 +20,7 @@ from grabbergui.cli.simulate import add_name_server_options, named_server
 from grabbergui.config import AllowedAddresses, ServeOptions, find_ini, parse_ini, read_ini
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError
-from grabbergui.core.features import Feature, format_value
+from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
 from grabbergui.core.visible_text import print_line
@@ -234,7 +234,7 @@ def _with_own_serial(uri: str, place: str) -> str:
 
 
 def _introspected(feature: Feature) -> str:
-    return f"{feature.name} = {format_value(feature.value)} {feature.unit} ({feature.range_text()})"
+    return f"{feature.name} = {feature.text} {feature.unit} ({feature.range_text()})"
 
 
 def _metrics(

@@ -6,7 +6,9 @@ Values are Python's ``int``, ``float``, ``bool`` and ``str``, so 64-bit integers
 
 from __future__ import annotations
 
+import ipaddress
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum, IntEnum
@@ -73,6 +75,10 @@ class Representation(Enum):
     IPV4_ADDRESS = "ipv4"
     MAC_ADDRESS = "mac"
     BOOLEAN = "boolean"
+
+
+CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
+"Representations in which an integer is not written as a decimal number."
 
 
 @dataclass(frozen=True)
@@ -158,12 +164,28 @@ class Feature(FeatureDescription):
             and self.maximum / self.minimum > (1000 if self.kind is FeatureKind.INTEGER else 100)
         )
 
+    @property
+    def coded(self) -> bool:
+        """Whether it is an integer that is written as hexadecimal number, IPv4 or MAC address."""
+        return self.kind is FeatureKind.INTEGER and self.representation in CODED
+
+    def spelled(self, value: FeatureValue | None) -> FeatureValue | None:
+        """Return a value as files have it: text if the feature is `coded`, else the value itself."""
+        if self.coded and isinstance(value, int) and not isinstance(value, bool):
+            return coded_text(value, self.representation)
+        return value
+
+    @property
+    def text(self) -> str:
+        """The value in its own spelling, which `validated` reads back; empty without a value."""
+        return format_value(self.spelled(self.value))
+
     def validated(self, value: FeatureValue) -> FeatureValue:
         """Return the value in the feature's own type.
 
-        Text is read as on the command line: `5`, `2.5e4`, `0x1F`, `on`, an entry's name. An integer off the
-        increment is refused, as the camera would. Raises FeatureAccessError if the feature cannot be written
-        at the moment, FeatureValueError naming the allowed values for any other.
+        Text is read as on the command line: `5`, `2.5e4`, `0x1F`, `on`, `192.168.0.5`, an entry's name. An
+        integer off the increment is refused, as the camera would. Raises FeatureAccessError if the feature
+        cannot be written at the moment, FeatureValueError naming the allowed values for any other.
         """
         if not self.access.writable:
             raise FeatureAccessError(f"{self.name} {self.access_problem()}", self.name)
@@ -200,6 +222,8 @@ class Feature(FeatureDescription):
             return "a number"
         step = f", step {format_number(self.increment)}" if self.increment and self.increment != 1 else ""
         unit = f" {self.unit}" if self.unit else ""
+        if self.coded:
+            return f"{self.spelled(self.minimum)} … {self.spelled(self.maximum)}"
         return f"{format_number(self.minimum)} … {format_number(self.maximum)}{unit}{step}"
 
     def _converted(self, value: FeatureValue) -> FeatureValue:
@@ -212,6 +236,8 @@ class Feature(FeatureDescription):
             if self.maximum_length is not None and len(text.encode()) > self.maximum_length:
                 raise ValueError("too long")
             return text
+        if self.coded and isinstance(value, str):
+            value = parse_coded(value, self.representation)
         number = _to_int(value) if self.kind is FeatureKind.INTEGER else _to_float(value)
         low, high = self.minimum, self.maximum
         if low is not None and number < low:
@@ -286,6 +312,36 @@ def format_value(value: FeatureValue | None) -> str:
     return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
 
+def coded_text(number: int, representation: Representation) -> str:
+    """Return an integer as hexadecimal, IPv4 or MAC address; the first octet is the highest byte."""
+    if representation is Representation.IPV4_ADDRESS and 0 <= number < 1 << 32:
+        return str(ipaddress.IPv4Address(number))
+    if representation is Representation.MAC_ADDRESS and 0 <= number < 1 << 48:
+        return ":".join(f"{byte:02X}" for byte in number.to_bytes(6, "big"))
+    return f"-0x{-number:X}" if number < 0 else f"0x{number:X}"
+
+
+_MAC = re.compile(r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}")
+
+
+def parse_coded(text: str, representation: Representation) -> int:
+    """Parse a typed integer, in the representation or as plain or hexadecimal digits. Raises ValueError."""
+    bare = text.strip()
+    if representation is Representation.IPV4_ADDRESS and "." in bare:
+        return int(ipaddress.IPv4Address(bare))
+    if representation is Representation.MAC_ADDRESS and _MAC.fullmatch(bare):
+        return int.from_bytes(bytes(int(octet, 16) for octet in re.split("[:-]", bare)), "big")
+    try:
+        return int(bare, 0)
+    except ValueError:
+        if representation is not Representation.HEX_NUMBER:
+            raise ValueError("not a whole number, nor an address") from None
+    try:
+        return int(bare, 16)
+    except ValueError:
+        raise ValueError("not a whole number") from None
+
+
 def _limit_as_shown(number: int | float, limit: int | float) -> int | float:
     """Return the limit for a number slightly beyond it that displays the same; shown limits are rounded."""
     if isinstance(limit, float) and format_number(number) == format_number(limit):
@@ -293,14 +349,18 @@ def _limit_as_shown(number: int | float, limit: int | float) -> int | float:
     raise ValueError("out of range")
 
 
+SWITCH_WORDS = {
+    "1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False,
+}  # fmt: skip
+"What people and files write for a switch, in lower case."
+
+
 def parse_switch(text: str) -> bool:
     """Read a switch: 1, true, on, yes, or 0, false, off, no. Raises ValueError."""
-    lowered = text.lower()
-    if lowered in ("1", "true", "on", "yes"):
-        return True
-    if lowered in ("0", "false", "off", "no"):
-        return False
-    raise ValueError("not a boolean")
+    try:
+        return SWITCH_WORDS[text.lower()]
+    except KeyError:
+        raise ValueError("not a boolean") from None
 
 
 def _to_bool(value: FeatureValue) -> bool:

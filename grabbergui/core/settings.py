@@ -11,11 +11,21 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from grabbergui.core.errors import UsageError
-from grabbergui.core.features import Category, Feature, FeatureDescription, FeatureKind, FeatureValue
+from grabbergui.core.features import (
+    SWITCH_WORDS,
+    Category,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+    Representation,
+    parse_coded,
+)
 from grabbergui.core.sfnc import Role, features_by_role
 
 # -- a setting -----------------------------------------------------------------------------------
@@ -159,10 +169,13 @@ _TOLERANCE = 1e-6
 
 
 def same_value(first: FeatureValue, second: FeatureValue) -> bool:
-    """Return whether two values are equal, even if one is text from a file."""
+    """Return whether two values mean the same, even if one is text from a file.
+
+    A switch may be `no`, `off` or 0 there, and an integer `0x1F`, an IPv4 or a MAC address.
+    """
     if str(first) == str(second):
         return True
-    one, other = _number(first), _number(second)
+    one, other = _number(first, words=True), _number(second, words=True)
     if one is None or other is None:
         return False
     if isinstance(one, int) and isinstance(other, int):
@@ -178,16 +191,16 @@ def is_number(value: FeatureValue) -> bool:
     return _number(value) is not None
 
 
-def _number(value: FeatureValue) -> int | float | None:
+def _number(value: FeatureValue, *, words: bool = False) -> int | float | None:
+    """Return a value, or the number that a text stands for; with `words` also that of a switch."""
     if isinstance(value, int | float):
         return int(value) if isinstance(value, bool) else value
     text = value.strip().lower()
-    if text in ("true", "false"):
-        return int(text == "true")
-    try:
-        return int(text, 0)
-    except ValueError:
-        pass
+    if words and text in SWITCH_WORDS:
+        return int(SWITCH_WORDS[text])
+    for representation in (Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS):
+        with suppress(ValueError):
+            return parse_coded(text, representation)
     try:
         return float(text)
     except ValueError:

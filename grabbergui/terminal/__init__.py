@@ -15,7 +15,7 @@ from pathlib import Path
 
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import FeatureNotFoundError, FrameTimeoutError, GrabberError, UsageError
-from grabbergui.core.features import Feature, FeatureKind, Visibility, format_value
+from grabbergui.core.features import Feature, FeatureKind, Visibility
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
@@ -259,7 +259,7 @@ class Interpreter:
             what = "a command" if feature.kind is FeatureKind.COMMAND else feature.access_problem()
             return f"{feature.name}: {what}"
         unit = f" {feature.unit}" if feature.unit else ""
-        text = f"{feature.name} = {format_value(feature.value)}{unit}"
+        text = f"{feature.name} = {feature.text}{unit}"
         if not feature.access.writable:
             return f"{text} (read-only)"
         plain = feature.kind in (FeatureKind.STRING, FeatureKind.BOOLEAN)

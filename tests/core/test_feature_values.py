@@ -177,3 +177,37 @@ def test_a_switch_is_no_number(kind, switch):
     """Python and YARP count true as 1."""
     with pytest.raises(FeatureValueError, match=r"not a (whole )?number"):
         feature(kind, minimum=0, maximum=5).validated(switch)
+
+
+MAC_0, MAC_32_BITS = "00:00:00:00:00:00", "00:00:FF:FF:FF:FF"
+
+
+@pytest.mark.parametrize(
+    ("representation", "text", "number", "allowed"),
+    [
+        (Representation.IPV4_ADDRESS, "10.0.0.7", 0x0A000007, "0.0.0.0 … 255.255.255.255"),
+        (
+            Representation.MAC_ADDRESS,
+            "00:00:0A:00:00:07",
+            0x0A000007,
+            "00:00:00:00:00:00 … 00:00:FF:FF:FF:FF",
+        ),
+        (Representation.HEX_NUMBER, "0xA000007", 0x0A000007, "0x0 … 0xFFFFFFFF"),
+    ],
+)
+def test_coded_numbers_are_shown_and_read_in_their_own_spelling(representation, text, number, allowed):
+    feature = Feature(
+        name="Odd",
+        kind=FeatureKind.INTEGER,
+        access=AccessMode.READ_WRITE,
+        value=number,
+        minimum=0,
+        maximum=2**32 - 1,
+        representation=representation,
+    )
+    assert feature.text == text
+    assert feature.validated(text) == feature.validated(number) == feature.validated(str(number)) == number
+    assert feature.range_text() == allowed
+    for bad in ("10.0.0.256", "1.2.3", "zz:00:00:00:00:00", "words"):
+        with pytest.raises(FeatureValueError, match=f"allowed: {allowed}"):
+            feature.validated(bad)

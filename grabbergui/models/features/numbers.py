@@ -7,10 +7,9 @@ import re
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Representation
+from grabbergui.core.features import CODED, Feature, FeatureKind, FeatureValue, Representation
 from grabbergui.models.language import localized
 
-CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
 
 # -- as text -------------------------------------------------------------------------------------

@@ -6,25 +6,24 @@ units. Pure functions.
 
 from __future__ import annotations
 
-import ipaddress
 import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from grabbergui.core.features import (
+    CODED,
     AccessMode,
     Category,
     Feature,
     FeatureDescription,
     FeatureKind,
     FeatureValue,
-    Representation,
     Visibility,
+    coded_text,
     format_number,
-    format_value,
 )
 from grabbergui.core.sfnc import automatic_mode_of
-from grabbergui.models.features.numbers import CODED, quantity_text, unit_text
+from grabbergui.models.features.numbers import quantity_text, unit_text
 from grabbergui.models.language import counted, driver_text, localized, translate
 from grabbergui.models.markup import Markup, joined, markup
 
@@ -116,32 +115,6 @@ _ZERO_WIDTH_SPACE = "\u200b"
 def breakable(title: str) -> str:
     """Return a title that can be broken into lines between the words of a CamelCase name."""
     return _LOWER_UPPER.sub(_ZERO_WIDTH_SPACE, title)
-
-
-def coded_text(number: int, representation: Representation) -> str:
-    """Return an integer as hexadecimal, IPv4 or MAC address; the first octet is the highest byte."""
-    if representation is Representation.IPV4_ADDRESS and 0 <= number < 1 << 32:
-        return str(ipaddress.IPv4Address(number))
-    if representation is Representation.MAC_ADDRESS and 0 <= number < 1 << 48:
-        return ":".join(f"{byte:02X}" for byte in number.to_bytes(6, "big"))
-    return f"-0x{-number:X}" if number < 0 else f"0x{number:X}"
-
-
-def parse_coded(text: str, representation: Representation) -> int:
-    """Parse a typed integer, in the representation or as plain or hexadecimal digits. Raises ValueError."""
-    bare = text.strip()
-    if representation is Representation.IPV4_ADDRESS and "." in bare:
-        return int(ipaddress.IPv4Address(bare))
-    if representation is Representation.MAC_ADDRESS and re.fullmatch(
-        r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}", bare
-    ):
-        return int.from_bytes(bytes(int(octet, 16) for octet in re.split("[:-]", bare)), "big")
-    try:
-        return int(bare, 0)
-    except ValueError:
-        if representation is not Representation.HEX_NUMBER:
-            raise
-        return int(bare, 16)
 
 
 def access_text(feature: Feature) -> str:
@@ -243,8 +216,8 @@ def _line(text: str, value: str) -> str:
 
 def _exact(feature: Feature) -> str:
     """Return the value with all its digits, for which the control may lack room."""
-    text = format_value(feature.value)
-    number = isinstance(feature.value, int | float)
+    text = feature.text
+    number = isinstance(feature.value, int | float) and not feature.coded
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
 
 

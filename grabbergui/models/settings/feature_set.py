@@ -146,8 +146,9 @@ def _value_of(
     if feature.problem:
         left_out.append(f"{key}: {feature.problem}")
     monitored = grabber.access is not Access.CONTROL and feature.access is AccessMode.READ_ONLY
-    if feature.value is not None and (feature.access.writable or monitored):
-        yield key, feature.value
+    value = feature.spelled(feature.value)
+    if value is not None and (feature.access.writable or monitored):
+        yield key, value
 
 
 def _in_tree_order(

@@ -127,7 +127,7 @@ class GrabberServices:
             answer.value, answer.second_value = self._numbers.values(request.feature)
             answer.text = f"{format_value(answer.value)} {format_value(answer.second_value)}"
             return
-        answer.text = sendable(format_value(feature.value))
+        answer.text = sendable(feature.text)
         answer.value = number_of(feature) or 0.0
 
     def _ask(self, request: Any, answer: Any) -> Any:

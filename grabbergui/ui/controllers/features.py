@@ -9,7 +9,7 @@ from functools import partial
 from PyQt5.QtCore import QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtWidgets import QApplication, QMenu, QWidget
 
-from grabbergui.core.features import Feature, FeatureDescription, FeatureKind, format_value
+from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, role_of
 from grabbergui.models.connection import Connection
@@ -280,7 +280,7 @@ class FeatureMenuController(QObject):
         menu.addAction(self.tr("&Copy the name"), lambda: _copy(name))
         feature = source.features.feature(name)
         if feature is not None and feature.value is not None:
-            text = f"{name}={format_value(feature.value)}"
+            text = f"{name}={feature.text}"
             menu.addAction(self.tr("Copy name and &value"), lambda: _copy(text))
         menu.aboutToHide.connect(self._on_menu_hidden)
         self.menu = menu

@@ -21,10 +21,17 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.core.features import EnumEntry, Feature, FeatureKind, FeatureValue, Representation
+from grabbergui.core.features import (
+    EnumEntry,
+    Feature,
+    FeatureKind,
+    FeatureValue,
+    Representation,
+    parse_coded,
+)
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.numbers import nearest_allowed
-from grabbergui.models.features.shown import access_text, coded_text, limit_text, parse_coded, value_text
+from grabbergui.models.features.shown import access_text, limit_text, value_text
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.widgets.labels import ElidedComboBox, show_hint
@@ -194,7 +201,7 @@ class CodedNumberEditor(TextEditor):
 
     def text_of(self, feature: Feature) -> str:
         """Return the number in its representation."""
-        return coded_text(feature.value, feature.representation) if isinstance(feature.value, int) else ""
+        return feature.text
 
     def value_of(self, feature: Feature, text: str) -> FeatureValue:
         """Return the nearest allowed integer."""

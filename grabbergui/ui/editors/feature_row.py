@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QSizePolicy,
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
 from grabbergui.core.sfnc import as_editable
-from grabbergui.models.features.numbers import CODED, SliderScale
+from grabbergui.models.features.numbers import SliderScale
 from grabbergui.models.features.shown import breakable, tooltip
 from grabbergui.ui.editors.feature_editor import (
     AutoButton,
@@ -102,7 +102,7 @@ def _editor_of_kind(feature: Feature) -> type[FeatureEditor]:
         return _BY_KIND[feature.kind]
     if feature.representation is Representation.BOOLEAN:
         return SwitchEditor
-    if feature.kind is FeatureKind.INTEGER and feature.representation in CODED:
+    if feature.coded:
         return CodedNumberEditor
     return NumberEditor if SliderScale.of(feature) is None else RangeEditor
 

@@ -4,7 +4,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Representation
+from grabbergui.core.features import (
+    AccessMode,
+    EnumEntry,
+    Feature,
+    FeatureKind,
+    Representation,
+    coded_text,
+    parse_coded,
+)
 from grabbergui.models.features.numbers import (
     number_text,
     parse_number,
@@ -14,9 +22,7 @@ from grabbergui.models.features.numbers import (
 )
 from grabbergui.models.features.shown import (
     breakable,
-    coded_text,
     limit_text,
-    parse_coded,
     tooltip,
     value_text,
 )

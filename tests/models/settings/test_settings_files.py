@@ -9,10 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fakes import ScriptedGrabber
 from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
 from grabbergui.core.settings import SettingKey, same_value
 from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import FeatureSet
+from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
+from grabbergui.models.settings.loading import load_onto
 from patience import PATIENCE
 
 # A file of pylon's, cut short: the names of older cameras, a selector put back at its end.
@@ -149,5 +152,72 @@ def test_values_mean_the_same_however_they_are_written():
     assert same_value(10000.0, "10000")
     assert same_value(0.1, "0.1000000")
     assert not same_value(2**63 - 1, 2**63 - 2)
-    assert not same_value("Off", False)
     assert not same_value("On", "Off")
+
+
+@pytest.mark.parametrize("text", ["no", "No", "off", "Off", "OFF", "false", "False", "0", " no "])
+def test_a_switch_in_a_file_is_compared_by_its_meaning(text):
+    assert same_value(False, text)
+    assert same_value(text, False)
+    assert not same_value(True, text)
+
+
+@pytest.mark.parametrize("text", ["maybe", "", "2", "Continuous"])
+def test_other_words_are_no_switch(text):
+    assert not same_value(False, text)
+    assert not same_value(True, text)
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (0xC0A8000A, "192.168.0.10"),
+        (0x00111C012345, "00:11:1c:01:23:45"),
+        (0x00111C012345, "00-11-1C-1-23-45"),
+        (31, "0x1f"),
+    ],
+)
+def test_addresses_are_compared_by_their_numbers(number, text):
+    assert same_value(number, text)
+    assert not same_value(number + 1, text)
+
+
+def test_a_switch_that_a_file_calls_no_is_loaded_without_a_difference():
+    switch = Feature(name="ReverseX", kind=FeatureKind.BOOLEAN, access=AccessMode.READ_WRITE, value=True)
+    camera = ScriptedGrabber([switch])
+    report = load_onto(camera, files.parse("features:\n  ReverseX: no\n", "x.yaml"))
+    assert report.settled
+    assert camera.known["ReverseX"].value is False
+
+
+@pytest.mark.parametrize(
+    ("representation", "number", "text"),
+    [
+        (Representation.IPV4_ADDRESS, 0xC0A8000A, "192.168.0.10"),
+        (Representation.MAC_ADDRESS, 0x00111C012345, "00:11:1C:01:23:45"),
+        (Representation.HEX_NUMBER, 0x1F, "0x1F"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".yaml", ".txt"])
+def test_coded_numbers_are_saved_and_loaded_in_their_own_spelling(
+    representation, number, text, suffix, tmp_path
+):
+    feature = Feature(
+        name="Odd",
+        kind=FeatureKind.INTEGER,
+        access=AccessMode.READ_WRITE,
+        value=number,
+        minimum=0,
+        maximum=2**48 - 1,
+        representation=representation,
+        streamable=True,
+    )
+    camera, file = ScriptedGrabber([feature]), tmp_path / f"camera{suffix}"
+    files.save(capture(camera), file)
+    assert text in file.read_text()
+
+    camera.set("Odd", 0)
+    report = load_onto(camera, files.load(file, camera.selectors.of))
+    assert report.settled
+    assert camera.known["Odd"].value == number
+    assert not compare(capture(camera), files.load(file, camera.selectors.of))
