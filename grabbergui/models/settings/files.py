@@ -38,6 +38,8 @@ SETTINGS_SUFFIXES = (*YAML_SUFFIXES, ".pfs")
 "Suffixes of settings files among the files that the window opens."
 
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
+_ENTRY = re.compile(r"[\w.:+-]{1,200}")
+"An entry of a selector: a name, or the number of an index."
 _YAML_LINE = re.compile(r"( *)((?:[^\s:\[\]#]+(?:\[[^\]]*\])?))\s*:(?:\s+(.*))?")
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII)
 _INTEGER = re.compile(r"[-+]?\d{1,20}", re.ASCII)
@@ -101,7 +103,8 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
         lines = list(_persistence_lines(text, where, lost))
         if lost and not lines:
             raise UsageError(lost[0])
-        return replace(_from_persistence(lines, _device_of(text), selectors_of), lost_lines=tuple(lost))
+        found = _from_persistence(lines, _device_of(text), selectors_of, where, lost)
+        return replace(found, lost_lines=tuple(lost))
     return _from_yaml(text, where)
 
 
@@ -142,9 +145,16 @@ def _persistence_lines(text: str, where: str, lost: list[str]) -> Iterator[tuple
 
 
 def _from_persistence(
-    lines: list[tuple[str, str]], device: str, selectors_of: SelectorsOf | None
+    lines: list[tuple[str, str]],
+    device: str,
+    selectors_of: SelectorsOf | None,
+    where: str,
+    lost: list[str],
 ) -> FeatureSet:
-    """Return the settings that a camera has after these names and values were written to it."""
+    """Return the settings that a camera has after these names and values were written to it.
+
+    Those of a selection that no camera has are added to `lost` instead.
+    """
     selectors_of = selectors_of or _guessed_selectors(lines)
     selectors = {selector for name, _ in lines for selector in selectors_of(name)}
     entries: dict[str, str] = {}
@@ -153,6 +163,8 @@ def _from_persistence(
         selected = tuple((s, entries[s]) for s in selectors_of(name) if s in entries)
         if name in selectors:
             entries[name] = value
+        elif wrong := next((f"{s}={entry}" for s, entry in selected if not _ENTRY.fullmatch(entry)), ""):
+            lost.append(f"{where}: {name} with {wrong[:60]}, which is no entry of a selector")
         else:
             settings[SettingKey(name, selected)] = value
     return FeatureSet(settings, device)

@@ -53,6 +53,13 @@ def test_blanks_behind_a_value_are_not_part_of_it():
     }
 
 
+def test_a_selection_that_no_camera_has_costs_its_settings_alone():
+    text = PERSISTENT + "GainSelector\tAl,\nGain\t3\nGainSelector\tRed\nGain\t4\n"
+    read = files.parse(text, "x.pfs", lambda name: ("GainSelector",) if name == "Gain" else ())
+    assert read.settings[SettingKey("Gain", (("GainSelector", "Red"),))] == "4" and len(read) == 3
+    assert read.lost_lines == ("x.pfs: Gain with GainSelector=Al,, which is no entry of a selector",)
+
+
 @pytest.mark.parametrize(
     ("text", "name"),
     [
