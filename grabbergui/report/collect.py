@@ -34,6 +34,7 @@ from grabbergui.driver.genapi.register_names import register_names
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.twin.recorded_device import RecordedDevice
 from grabbergui.driver.twin.report_file import (
+    MAX_PIXEL_BYTES,
     MOST_PIXELS,
     CameraReport,
     FrameRecord,
@@ -289,7 +290,8 @@ class _Draft:
                     self._problems.append(f"receiving frames: {error}")
                     break
                 records.append(_record(frame))
-                if self._options.pixels and len(pixels) < MOST_PIXELS and frame.complete:
+                room = MAX_PIXEL_BYTES - sum(map(len, pixels)) >= frame.payload.nbytes
+                if self._options.pixels and room and len(pixels) < MOST_PIXELS and frame.complete:
                     pixels.append(frame.payload.tobytes())
                 del frame
         finally:

@@ -22,7 +22,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri, TwinOptions, read_options
-from grabbergui.driver.device import Device, FrameCounter, StreamRequest, deliver_or_log
+from grabbergui.driver.device import Device, FrameCounter, StreamRequest, check_payload_size, deliver_or_log
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.model import TwinModel
 from grabbergui.driver.twin.report_file import CameraReport
@@ -80,6 +80,7 @@ class TwinDevice(Device):
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         if self._receiving is not None:
             raise LocalProtocolError("the stream is open already")
+        check_payload_size(request.payload_size)
         self._receiving = TwinStream(self._opened(), request, deliver)
 
     def _take_time(self, model: TwinModel, address: int, length: int) -> None:

@@ -7,6 +7,7 @@ recorded memory: with the original's refusals, its order of bytes, and the time 
 
 from __future__ import annotations
 
+import struct
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ from grabbergui.core.errors import DeviceStatusError, GrabberError
 from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Capability, ip_number
 from grabbergui.driver.gige.discovery import Interface
-from grabbergui.driver.gige.gvcp import CommandCode, CommandHeader, ReadReg, Status
+from grabbergui.driver.gige.gvcp import CommandCode, CommandHeader, Status
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing, Refused
 from grabbergui.driver.sim.gige.deviations import Deviations
@@ -31,6 +32,7 @@ from grabbergui.driver.twin.report_file import CameraReport
 
 XML_ADDRESS = 0xC000_0000
 "Where the zipped description is, out of the way of the original's registers."
+_WORD = struct.Struct(">I")
 _IDENTITY_NUMBERS = 0x48
 "Bytes of numbers at the beginning of what DISCOVERY tells; the rest is text."
 
@@ -126,8 +128,11 @@ class TwinControl(ControlChannel):
         return [out._replace(due=out.due + delay) for out in outgoing]
 
     def _answer_time(self, command: int, payload: bytes) -> float:
-        if command == CommandCode.READREG and not len(payload) % 4:
-            return max(self.twin.memory.answer_time(at, 4) for at in ReadReg.decode(payload).addresses)
+        if command == CommandCode.READREG:
+            whole = payload[: len(payload) - len(payload) % 4]  # anything may arrive
+            return max(
+                (self.twin.memory.answer_time(at, 4) for (at,) in _WORD.iter_unpack(whole)), default=0.0
+            )
         if command in (CommandCode.READMEM, CommandCode.WRITEREG, CommandCode.WRITEMEM) and len(payload) >= 8:
             length = int.from_bytes(payload[4:8], "big") if command == CommandCode.READMEM else 4
             return self.twin.memory.answer_time(int.from_bytes(payload[:4], "big"), length)

@@ -25,7 +25,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
-from grabbergui.driver.device import MAX_PAYLOAD_BYTES, Device, StreamRequest
+from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.sim.model import FramePlan
 from grabbergui.driver.sim.settings import FrameSettings, Optics
@@ -38,6 +38,8 @@ START, STOP = "AcquisitionStart", "AcquisitionStop"
 _USUAL_PERIOD = 0.1
 "Seconds between frames if the report has too few."
 _SHORTEST_PERIOD, _LONGEST_PERIOD = 0.002, 5.0
+LARGEST_FRAME = 128 << 20
+"Bytes; a report that asks for more comes from no camera."
 _GEOMETRY = ("Width", "Height", "PixelFormat", "PayloadSize")
 
 
@@ -172,7 +174,8 @@ class TwinModel:
         with suppress(KeyError):  # a name of the vendor's
             pixel_format = pfnc.by_name(str(values["PixelFormat"]))
         payload = values.get("PayloadSize")
-        largest = int(payload) if isinstance(payload, int) and payload > 0 else MAX_PAYLOAD_BYTES
+        largest = int(payload) if isinstance(payload, int) and payload > 0 else LARGEST_FRAME
+        largest = min(largest, LARGEST_FRAME)
         if width <= 0 or height <= 0:
             return _Layout(0, 0, pixel_format, min(max(size, 1), largest))
         line = max(pixel_format.line_bytes(width), 1)

@@ -28,8 +28,10 @@ VERSION = 1
 
 MAX_FILE_BYTES = 128 << 20
 "Size limit of a report that is read."
-MAX_MEMBER_BYTES = 32 << 20
-"Size limit of an unpacked member that is read."
+MAX_MEMBER_BYTES = 16 << 20
+"Size limit of an unpacked member that is read, but description and pixels."
+MAX_PIXEL_BYTES = 64 << 20
+"Of all frames whose pixels a report keeps."
 MOST_ACCESSES = 100_000
 "Registers, and accesses during the stream."
 MOST_FRAMES = 1000
@@ -322,8 +324,12 @@ def _decode(members: _Members) -> CameraReport:
 
 
 def _pixels(members: _Members) -> list[bytes]:
-    found = (members.content(PIXELS.format(index)) for index in range(MOST_PIXELS))
-    return [content for content in found if content]
+    found: list[bytes] = []
+    for index in range(MOST_PIXELS):
+        left = MAX_PIXEL_BYTES - sum(map(len, found))
+        if content := members.content(PIXELS.format(index), left):
+            found.append(content)
+    return found
 
 
 Row = TypeVar("Row")

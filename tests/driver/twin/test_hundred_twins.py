@@ -69,7 +69,7 @@ def report_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[Camera], CameraRepor
     monkeypatch.setattr(computer, "findings", list)
 
     def make(camera: Camera) -> CameraReport:
-        report = collect.report_of(camera, ReportOptions(5, seconds=5), lambda step: None)
+        report = collect.report_of(camera, ReportOptions(5, seconds=2), lambda step: None)
         return report_file.decode(report_file.encode(report))
 
     return make

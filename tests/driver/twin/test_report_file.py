@@ -14,9 +14,11 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import DeviceStatusError, MissingFileError, UsageError
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.device import DataLayout
+from grabbergui.driver.device import DataLayout, Device
 from grabbergui.driver.twin import memory, report_file
 from grabbergui.driver.twin.memory import TwinMemory
+from grabbergui.driver.twin.model import LARGEST_FRAME, TwinModel
+from grabbergui.driver.twin.recorded_device import RecordedDevice
 from grabbergui.driver.twin.report_file import (
     CameraReport,
     FrameRecord,
@@ -195,3 +197,16 @@ def test_a_host_that_writes_everywhere_is_refused(monkeypatch: pytest.MonkeyPatc
     with pytest.raises(DeviceStatusError, match="no memory left"):
         for address in range(0, 1 << 20, 4096):
             twin.write(address, b"\1")
+
+
+def test_every_call_of_a_device_is_passed_on_while_it_is_recorded() -> None:
+    calls = {name for name, value in vars(Device).items() if callable(value) and not name.startswith("_")}
+    reports = {"report_event", "report_lost"}  # of the device itself
+    assert calls - reports <= vars(RecordedDevice).keys()
+
+
+def test_a_frame_of_absurd_size_takes_no_memory() -> None:
+    frame = replace(REPORT.stream.frames[0], width=1 << 19, height=1 << 19, payload_bytes=1 << 30)
+    model = TwinModel(replace(REPORT, description=b"", stream=replace(REPORT.stream, frames=(frame,))))
+    plan = model.next_frame(1.0)
+    assert plan is not None and plan.payload_bytes <= LARGEST_FRAME

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import random
 import re
 import shutil
+import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -144,6 +146,18 @@ def test_a_twin_of_another_transport_is_a_camera_on_the_network() -> None:
             queue = camera.open_queue(5)
             camera.start()
             assert queue.get(PATIENCE).width == 64
+
+
+def test_datagrams_of_any_content_leave_it_answering() -> None:
+    report = collect.report_on("sim:?width=64&height=48", ReportOptions(0), lambda step: None)
+    chance = random.Random(40)
+    with closing(TwinGigeCamera(TWIN, report)), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for code in (0x80, 0x82, 0x84, 0x86, 0x02, 0x04, 0x40, 0x100):
+            for length in (0, 1, 4, 7, 8, 12, 16):
+                body = chance.randbytes(length)
+                head = bytes([0x42, 1]) + code.to_bytes(2, "big") + length.to_bytes(2, "big") + b"\0\7"
+                sender.sendto(head + body, (TWIN, 3956))
+        assert ask(TWIN, PATIENCE) is not None
 
 
 def test_two_addresses_get_two_cameras(tmp_path, capsys) -> None:
