@@ -53,7 +53,10 @@ def _add_features(commands: Any) -> None:
     )
     add_source(setting)
     setting.add_argument(
-        "assignments", metavar="NAME=VALUE", nargs="+", help="a feature and its value, with or without a unit"
+        "assignments",
+        metavar="NAME=VALUE",
+        nargs="+",
+        help="a feature and its value, with or without a unit; addresses as 192.168.0.5",
     )
     setting.add_argument("--json", action="store_true", help="print one JSON object, values by name")
     setting.set_defaults(run=_set)

@@ -6,6 +6,8 @@ a fault costs at most the node or the entry that has it, and often nothing:
 - a formatter's line breaks and blanks around names, numbers and keywords are removed;
 - an enumeration's entry whose name is no identifier (`UTC-12:00`) gets a legal one, and keeps its own as the
   symbol under which it is shown, read and written;
+- keywords in other letter case are spelled as the schema does; a limit that is no integer of 64 bits, and an
+  unknown keyword, are dropped, and a node whose value or address is none;
 - ToolTip and Description and the rest of a node's head are put into the schema's order;
 - the second of two nodes or entries of one name is dropped, an entry without a number, and an enumeration
   without entries;
@@ -59,7 +61,29 @@ _OPTIONAL = frozenset({
 _REFERENCE = re.compile(r"p[A-Z]\w*$")
 _SYMBOL = re.compile(r"[A-Za-z0-9]\w*$", re.ASCII)
 "What GenApi takes as the name of an enumeration's entry."
-_INTEGER = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|[0-9]+)$", re.ASCII)
+_KEYWORDS = {
+    element: {word.lower(): word for word in words}
+    for elements, words in (
+        (("Visibility",), ("Beginner", "Expert", "Guru", "Invisible")),
+        (("AccessMode", "ImposedAccessMode"), ("RO", "RW", "WO")),
+        (("Cachable",), ("NoCache", "WriteThrough", "WriteAround")),
+        (("Sign",), ("Signed", "Unsigned")),
+        (("Endianess",), ("LittleEndian", "BigEndian")),
+        (
+            ("Representation",),
+            ("Linear", "Logarithmic", "Boolean", "PureNumber", "HexNumber", "IPV4Address", "MACAddress"),
+        ),
+        (("DisplayNotation",), ("Automatic", "Fixed", "Scientific")),
+        (("Slope",), ("Increasing", "Decreasing", "Varying", "Automatic")),
+        (("IsLinear", "IsSelfClearing", "Streamable", "IsDeprecated"), ("Yes", "No")),
+    )
+    for element in elements
+}
+_NEEDED_INTEGERS = frozenset({"Value", "Address", "Length", "LSB", "MSB", "Bit", "CommandValue"})
+_OPTIONAL_INTEGERS = frozenset({"Min", "Max", "Inc", "PollingTime"})
+_NO_INTEGERS = frozenset({"Float", "Converter", "SwissKnife", "String"})
+"Kinds of nodes whose Value, Min, Max and Inc are no integers."
+_INTEGER = re.compile(r"(0[xX][0-9a-fA-F]{1,40}|[+-]?[0-9]{1,40})$", re.ASCII)
 _MOST_NAMED = 5
 "Faults that one line of the log names."
 
@@ -126,6 +150,9 @@ class _Description:
                 self._known.update(entry.get("Name", "") for entry in node)
             name = node.get("Name") or f"{_tag(node)} {len(self._nodes)}"
             self._sort_head(node)
+            if reason := self._mend_values(name, node):
+                self._drop(parent, node, reason)
+                continue
             if name in self._nodes:
                 self._drop(parent, node, f"{name} is described twice")
                 continue
@@ -161,6 +188,27 @@ class _Description:
         if places != sorted(places):
             node[:] = sorted(node, key=lambda child: _ORDER.get(_tag(child), len(_ORDER)))
             self.changed = True
+
+    def _mend_values(self, name: str, node: Element) -> str:
+        """Mend keywords and numbers; return why the node cannot be used, or nothing."""
+        whole = _tag(node) not in _NO_INTEGERS
+        for child in node:
+            kind, text = _tag(child), child.text or ""
+            if not text and kind in _KEYWORDS:
+                continue  # GenApi takes its default
+            if (words := _KEYWORDS.get(kind)) is not None:
+                word = words.get(text.lower(), "")
+                if not word and kind == "AccessMode":
+                    return f"{name} has the access mode {text}"
+                if not word:
+                    self._drop(node, child, f"{name} has the {kind} {text}")
+                elif word != text:
+                    child.text, self.changed = word, True
+            elif (kind in _NEEDED_INTEGERS or kind in _OPTIONAL_INTEGERS) and whole and not _is_integer(text):
+                if kind in _NEEDED_INTEGERS:
+                    return f"{name} has the {kind} '{text}', which is no integer"
+                self._drop(node, child, f"{name} has the {kind} '{text}', which is no integer")
+        return ""
 
     def _mend_entries(self, name: str, enumeration: Element) -> None:
         entries = [child for child in enumeration if _tag(child) == "EnumEntry"]
@@ -246,8 +294,16 @@ def _references(node: Element) -> Iterator[tuple[Element, Element, str]]:
 def _has_number(entry: Element) -> bool:
     for child in entry:
         if _tag(child) == "Value":
-            return bool(_INTEGER.match(child.text or ""))
+            return _is_integer(child.text or "")
     return False
+
+
+def _is_integer(text: str) -> bool:
+    """Return whether GenApi reads a text as an integer of 64 bits."""
+    if not _INTEGER.match(text):
+        return False
+    value = int(text, 16) if text[:2] in ("0x", "0X") else int(text)
+    return -(1 << 63) <= value < 1 << 63
 
 
 def _tag(element: Element) -> str:

@@ -247,7 +247,7 @@ def _semaphore_of(result: Path) -> Path:
     return MEMORY / f"sem.{len(name):02X}{digest:x}{name[:11]}"
 
 
-FORMAT = 2
+FORMAT = 3
 "Increase it with every change to what vetting refuses or rewrites."
 MOST_ENTRIES = 24
 "A few megabytes each; then the least recently used entry is removed."

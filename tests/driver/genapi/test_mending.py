@@ -128,6 +128,44 @@ def test_a_missing_limit_or_lock_costs_only_itself(opened):
     assert nodes.feature("Gain").value == 7
 
 
+@pytest.mark.parametrize(
+    "inside",
+    [
+        "<Visibility>beginner</Visibility><Value>5</Value>",
+        "<Visibility>Everybody</Visibility><Value>5</Value>",
+        "<Value>5</Value><Max>0xFFFFFFFFFFFFFFFF</Max>",
+        "<Value>5</Value><Min>none</Min><Representation>HEXNUMBER</Representation>",
+        "<Streamable>true</Streamable><Value>0x5</Value>",
+    ],
+)
+def test_what_a_node_can_do_without_costs_only_itself(opened, inside):
+    nodes = opened(f'<Integer Name="Gain">{inside}</Integer>', "Gain")
+
+    assert nodes.feature("Gain").value == 5
+    nodes.write("Gain", 7)
+    assert nodes.feature("Gain").value == 7
+
+
+@pytest.mark.parametrize("value", ["five", "1.5", "", "0xFFFFFFFFFFFFFFFFF", "-0x5", "9" * 50_000])
+def test_a_value_that_is_no_integer_costs_its_node(opened, value):
+    nodes = opened(f'<Integer Name="Gain"><Value>{value}</Value></Integer>{WIDTH}', "Gain", "Width")
+
+    assert nodes.feature("Width").value == 64
+    assert not nodes.has("Gain")
+
+
+@pytest.mark.parametrize(("written", "meant"), [("rw", True), ("Ro", False), ("ReadOnly", None)])
+def test_the_access_mode_of_a_register(opened, written, meant):
+    register = (
+        f'<IntReg Name="Gain"><Address>0</Address><Length>4</Length><AccessMode>{written}</AccessMode>'
+        "<pPort>Device</pPort><Sign>unsigned</Sign><Endianess>bigendian</Endianess></IntReg>"
+    )
+    nodes = opened(register + WIDTH, "Gain", "Width")
+
+    assert nodes.feature("Width").value == 64
+    assert (nodes.feature("Gain").access.writable if nodes.has("Gain") else None) is meant
+
+
 def test_of_two_nodes_of_one_name_the_first_is_used(opened):
     nodes = opened(WIDTH + WIDTH.replace("64", "65"), "Width")
 
