@@ -15,6 +15,7 @@ from typing import Any
 
 from grabbergui.core.errors import AccessDeniedError, SourceUnavailableError, UsageError
 from grabbergui.core.shared_folder import MEMORY
+from grabbergui.core.visible_text import visible
 from grabbergui.net.ros2 import shared_memory as memory
 from grabbergui.net.ros2.requirements import require_ros2
 
@@ -38,6 +39,20 @@ AT_EXIT_S = 2.0
 
 
 _FULL_NAME = re.compile(r"(?:/[A-Za-z_][A-Za-z0-9_]*)+")
+
+
+MOST_FRAME_ID = 255
+"Bytes of a frame's name; each image carries it, and viewers and logs show it."
+
+
+def check_frame_id(text: str) -> None:
+    """Raise UsageError for a text that is no name of a frame; the empty one stands for no frame."""
+    size = len(text.encode("utf-8", "surrogatepass"))
+    if size > MOST_FRAME_ID or not text.isprintable() or " " in text:
+        raise UsageError(
+            f"frame_id '{visible(text[:40])}{'…' if len(text) > 40 else ''}' ({size} bytes): write at most "
+            f"{MOST_FRAME_ID} bytes of printable characters without spaces, such as camera_optical_frame"
+        )
 
 
 def full_name(text: str, what: str) -> str:

@@ -16,7 +16,7 @@ from grabbergui.net.ros2.image_publisher import JPEG_QUALITY, ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.requirements import require_ros2
 from grabbergui.net.ros2.rosout import RosoutHandler
-from grabbergui.net.ros2.runtime import Ros2Node, full_name, sendable
+from grabbergui.net.ros2.runtime import Ros2Node, check_frame_id, full_name, sendable
 from grabbergui.net.tree import Terminal, no_terminal
 
 log = logging.getLogger(__name__)
@@ -130,9 +130,19 @@ class Ros2GrabberServer:
 
         The URL is fixed at the start: otherwise any client could have any file overwritten.
         """
-        from rcl_interfaces.msg import IntegerRange, ParameterDescriptor
+        from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
         from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
+        def check(parameters: list[Any]) -> Any:
+            for parameter in parameters:
+                if parameter.name == "frame_id" and isinstance(parameter.value, str):
+                    try:
+                        check_frame_id(parameter.value)
+                    except UsageError as error:
+                        return SetParametersResult(successful=False, reason=sendable(str(error)))
+            return SetParametersResult(successful=True)
+
+        self._ros.node.add_on_set_parameters_callback(check)
         file = self._calibration.file
         url = file.absolute().as_uri() if file else ""
         quality = [IntegerRange(from_value=1, to_value=100, step=1)]

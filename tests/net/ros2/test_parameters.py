@@ -251,6 +251,28 @@ def test_an_atomic_request_restores_the_nodes_own_parameters(parameters):
     assert parameters.values("frame_id")[0].string_value == before
 
 
+@pytest.mark.parametrize("name", ["a b", "a\x1b]0;t\x07", "a\nb", "a\u202eb", "é" * 128, "x" * 1_000_000])
+def test_a_name_that_no_frame_has_is_refused(parameters, name):
+    before = parameters.values("frame_id")[0].string_value
+
+    result = parameters.set_together(frame_id=name)
+
+    assert not result.successful and result.reason.isprintable() and len(result.reason) < 200
+    assert "at most 255 bytes" in result.reason
+    assert parameters.values("frame_id")[0].string_value == before
+
+
+def test_the_longest_name_of_a_frame_is_accepted(parameters):
+    before = parameters.values("frame_id")[0].string_value
+    for name in ("x" * 255, "", before):
+        assert parameters.set_together(frame_id=name).successful
+
+
+def test_a_server_does_not_start_with_such_a_name(camera, domain):
+    with pytest.raises(UsageError, match=r"parameter frame_id: .*at most 255 bytes"):
+        Ros2GrabberServer(camera, "/other", frame_id="x" * 256)
+
+
 def test_changes_faster_than_reads_are_read_once(domain):
     knobs = [
         Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_WRITE, value=0)
