@@ -10,7 +10,6 @@ The result is saved in a file of the robot: plain YAML, with poses as in ROS's s
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,6 +34,7 @@ from grabbergui.calibration.hand_eye_model import (
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import CalibrationError, UsageError
+from grabbergui.core.shell_words import shell_word
 
 # -- the fit -------------------------------------------------------------------------------------
 FEWEST_VIEWS = 5
@@ -289,7 +289,7 @@ def static_transform_command(result: HandEyeResult, placement: Placement) -> str
     axes = " ".join(f"--q{axis} {value:.6f}" for axis, value in zip("xyzw", turn, strict=True))
     return (
         f"ros2 run tf2_ros static_transform_publisher --x {x:.6f} --y {y:.6f} --z {z:.6f} {axes} "
-        f"--frame-id {shlex.quote(placement.mount)} --child-frame-id {shlex.quote(placement.frame)}"
+        f"--frame-id {shell_word(placement.mount)} --child-frame-id {shell_word(placement.frame)}"
     )
 
 

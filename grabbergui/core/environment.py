@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
-import shlex
 import shutil
 import stat
 import sys
@@ -13,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.core.shell_words import shell_line
 
 NAME = "grabbergui"
 
@@ -38,7 +38,7 @@ def shell_command(*arguments: str, absolute: bool = False) -> str:
     found = shutil.which(NAME)
     if not absolute and found is not None and Path(found).resolve() == Path(command[0]).resolve():
         command = [NAME]
-    return shlex.join([*command, *arguments])
+    return shell_line([*command, *arguments])
 
 
 def sudo_command(*arguments: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import shlex
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -17,6 +16,7 @@ from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.settle import instances_of, settle
 from grabbergui.core.sfnc import PLAYBACK_POSITION, is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
+from grabbergui.core.shell_words import shell_line
 from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin
 from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.language import translate
@@ -210,7 +210,7 @@ def command_line(uri: str, changes: Iterable[Change]) -> str:
             lines[-1].append(f"{name}={format_value(value)}")
         else:
             lines.append(["set", uri, f"{name}={format_value(value)}"])
-    return "".join(f"grabbergui {shlex.join(words)}\n" for words in lines)
+    return "".join(f"grabbergui {shell_line(words)}\n" for words in lines)
 
 
 def program(uri: str, changes: Sequence[Change]) -> str:

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QApplication, QMenu, QWidget
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, role_of
+from grabbergui.core.shell_words import shell_word
 from grabbergui.models.connection import Connection
 from grabbergui.models.features import shown
 from grabbergui.models.features.shown import controlled_by
@@ -277,10 +278,10 @@ class FeatureMenuController(QObject):
             menu.addAction(self.tr("&Plot over time"), lambda: self.plotRequested.emit(description))
         self._add_favourites(menu, name)
         menu.addSeparator()
-        menu.addAction(self.tr("&Copy the name"), lambda: _copy(name))
+        menu.addAction(self.tr("&Copy the name"), lambda: _copy(shell_word(name)))
         feature = source.features.feature(name)
         if feature is not None and feature.value is not None:
-            text = f"{name}={feature.text}"
+            text = shell_word(f"{name}={feature.text}")
             menu.addAction(self.tr("Copy name and &value"), lambda: _copy(text))
         menu.aboutToHide.connect(self._on_menu_hidden)
         self.menu = menu
