@@ -15,6 +15,7 @@ import os
 import random
 import re
 import signal
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -45,6 +46,8 @@ WORKSPACE = {"x_low": 0.30, "x_high": 0.70, "y_low": -0.55, "y_high": -0.10}
 "Of the approaches, metres: smaller than the default, so that arms want to leave it."
 ALLOWED_SPEED = 1.05
 "Share of the speed limit that still counts as kept."
+STANDOFF = 0.10
+"Metres before a marker at which the hand's goal is."
 WINDOW_S = 0.05
 "Seconds over which a speed is measured."
 RESTS = 0.002
@@ -53,6 +56,8 @@ REST_S = 1.2
 "Seconds of rest after which a trial ends."
 SAYS_S = 0.4
 "Seconds after the hand came to rest in which the program may say why: the simulated drives take a while."
+STUCK_S = 3.6
+"The same of an approach: only after 3 s does the program say that it is stuck, and a late image is a pause."
 AFTER_FAULT_S = 6.0
 "Longest time from a fault to the end of its trial."
 APPROACH_S = 16.0
@@ -96,6 +101,8 @@ class Outcome:
     "The last sentence until it rested."
     reached_after: float | None = None
     "From there until the program reported that the marker was reached."
+    error: float = math.nan
+    "From the hand to its goal in front of the marker, at the end."
     happened: bool = True
     "Whether there was any motion, and the fault."
     lines: list[str] = field(default_factory=list)
@@ -138,6 +145,13 @@ class Truth:
         return None if not len(moves) else (float(self.times[moves[0]]), float(self.times[moves[-1] + 1]))
 
 
+def goal_of(marker: Sequence[float]) -> NDArray[np.float64]:
+    """Return where the hand is to go, metres in the base."""
+    board = at(*marker)
+    goal: NDArray[np.float64] = board[:3, 3] + STANDOFF * board[:3, 2]
+    return goal
+
+
 def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config: Config) -> Outcome:
     """Return the figures of a trial; `said` has the program's lines with their times."""
     outcome = Outcome(trial)
@@ -152,6 +166,7 @@ def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config:
         outcome.lines = [text for _, text in said]
         outcome.said = outcome.lines[-1] if said else ""
         return outcome
+    outcome.error = 1e3 * float(np.linalg.norm(truth.hand[-1] - goal_of(trial.marker)))
     after = truth.times >= begun - 1e-6
     outcome.moved = 1e3 * float(np.linalg.norm(truth.hand[after] - truth.hand[after][0], axis=1).max())
     if truth.times[-1] - moving[1] > REST_S / 2:
@@ -285,8 +300,7 @@ def _await_end(trial: Trial, program: Program, record: Path) -> None:
                 return
             continue
         start = truth.fault if trial.fault and truth.fault is not None else moving[0]
-        # An approach may pause, for instance where an image is late.
-        rest = REST_S if trial.fault else 2 * REST_S
+        rest = REST_S if trial.fault else STUCK_S
         if now - max(moving[1], start) > rest or now - start > (AFTER_FAULT_S if trial.fault else APPROACH_S):
             return
 
@@ -315,16 +329,14 @@ def simulate(trial: Trial, config: Config, model: KinematicModel) -> Outcome:
         moving = truth.moving() if truth is not None else None
         if moving is not None and (begun is not None or not trial.fault):
             start = begun or moving[0]
-            if loop.now - max(moving[1], start) > 2 * REST_S or (begun and loop.now - begun > AFTER_FAULT_S):
+            if loop.now - max(moving[1], start) > (REST_S if trial.fault else STUCK_S) or (
+                begun and loop.now - begun > AFTER_FAULT_S
+            ):
                 break
     return judge(trial, Truth(np.array(times), np.array(hand), begun), said[1:], config)
 
 
 # -- trials --------------------------------------------------------------------------------------
-STANDOFF = 0.10
-"Metres before a marker at which the hand's goal is."
-
-
 def visible_marker(source: np.random.Generator, robot: str, model: KinematicModel) -> tuple[float, ...]:
     """Return a random pose of a marker that the camera sees, with a goal inside the workspace."""
     while True:
@@ -334,8 +346,7 @@ def visible_marker(source: np.random.Generator, robot: str, model: KinematicMode
             *(round(float(value), 3) for value in place),
             *(round(float(value), 1) for value in turn),
         )
-        board = at(*marker)
-        goal = board[:3, 3] + STANDOFF * board[:3, 2]
+        board, goal = at(*marker), goal_of(marker)
         low, high = (np.array([WORKSPACE[f"{axis}_{end}"] for axis in "xy"]) for end in ("low", "high"))
         if (low < goal[:2]).all() and (goal[:2] < high).all() and _visible(board, model):
             return marker
@@ -347,9 +358,10 @@ def _visible(board: Pose, model: KinematicModel) -> bool:
 
 
 def trials(options: argparse.Namespace, robot: str, model: KinematicModel) -> list[Trial]:
-    """Return the approaches, then as many of each fault."""
+    """Return the approaches, then trials of each fault."""
     source = np.random.default_rng(options.seed)
     found = [Trial(robot, visible_marker(source, robot, model)) for _ in range(options.approaches)]
+    found += [Trial(robot, MARKERS[robot])] * options.near
     for name in options.fault or [
         name for name in FAULTS if name not in OF_PIXELS or not options.simulated_time
     ]:
@@ -364,7 +376,8 @@ def summary(outcomes: Sequence[Outcome], config: Config) -> list[list[str]]:
     """Return a row for the approaches, and for each fault its worst figures."""
     groups: dict[tuple[str, str], list[Outcome]] = {}
     for outcome in outcomes:
-        name = outcome.trial.fault.partition("@")[0] or "approach"
+        near = outcome.trial.marker == MARKERS[outcome.trial.robot]
+        name = outcome.trial.fault.partition("@")[0] or ("near marker" if near else "random marker")
         groups.setdefault((outcome.trial.robot, name), []).append(outcome)
     rows = []
     for (robot, name), group in groups.items():
@@ -381,7 +394,7 @@ def summary(outcomes: Sequence[Outcome], config: Config) -> list[list[str]]:
             str(sum(outcome.speed > limit for outcome in happened)),
             f"{max(outcome.outside for outcome in happened):.0f}",
             str(sum(outcome.outside > 1 for outcome in happened)),
-            str(sum(outcome.reached_after is not None for outcome in happened)),
+            _reached(happened),
             _most_said(happened),
         ]
     return rows
@@ -391,6 +404,14 @@ HEADER = [
     *("robot", "trial", "happened", "moved on, mm", "rests after, s", "fastest, mm/s", "too fast"),
     *("outside, mm", "outside", "reached", "said most often"),
 ]
+
+
+def _reached(outcomes: Sequence[Outcome]) -> str:
+    reached = [outcome for outcome in outcomes if outcome.reached_after is not None]
+    if not reached:
+        return "0"
+    seconds = statistics.median(outcome.reached_after or 0.0 for outcome in reached)
+    return f"{len(reached)} in {seconds:.1f} s, {max(outcome.error for outcome in reached):.1f} mm off"
 
 
 def _most_said(outcomes: Sequence[Outcome]) -> str:
@@ -411,6 +432,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks servo_faults", description=__doc__)
     parser.add_argument("--robot", nargs="+", choices=tuple(MODELS), default=list(MODELS))
     parser.add_argument("--approaches", type=int, default=3, help="of each robot, to random markers (3)")
+    parser.add_argument("--near", type=int, default=1, help="approaches to a marker in easy reach (1)")
     parser.add_argument("--each", type=int, default=1, help="trials of each fault (1)")
     parser.add_argument("--fault", nargs="*", metavar="NAME[@SECONDS]", help="only these faults (all)")
     parser.add_argument("--seed", type=int, default=1)
