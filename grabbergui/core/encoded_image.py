@@ -1,12 +1,12 @@
 """Compressed images: reads their size from the header, and decodes their pixels on demand.
 
 Cameras send JPEG (ITU-T T.81) and JPEG 2000 (T.800) images, each of which can be decoded alone; OpenCV does
-it. Image files from elsewhere (JPEG, PNG, BMP, TIFF) are decoded only if their size is reasonable.
+it. Image files from elsewhere (JPEG, PNG, BMP, TIFF, PPM) are decoded only if their size is reasonable.
 
 A file can announce any size in a few bytes, and a decoder allocates the memory before it reads the first
-pixel. Therefore the headers of JPEG (T.81, B.2.2), PNG (ISO 15948, 11.2.2), BMP, PPM are checked first; for
-other kinds OpenCV limits the size to 2^30 pixels. Its PNG decoder allocates up to 4 GiB for the announced
-length of a chunk, so chunks are also compared with the length of the file.
+pixel. Therefore the headers of JPEG (T.81, B.2.2), PNG (ISO 15948, 11.2.2), BMP, TIFF and PPM are checked
+first, and other kinds are refused. OpenCV's PNG decoder allocates up to 4 GiB for the announced length of a
+chunk, so chunks are also compared with the length of the file.
 """
 
 from __future__ import annotations
@@ -154,7 +154,9 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     are no image, for one that is cut short, and for one of more than `MOST_PIXELS`.
     """
     size = announced_size(file.data)
-    if size is not None and size[0] * size[1] > MOST_PIXELS:
+    if size is None:  # another kind, of which OpenCV would allocate up to 2^30 pixels
+        raise RemoteProtocolError(f"{file.size} bytes that are no image, or one that was cut short")
+    if size[0] * size[1] > MOST_PIXELS:
         raise RemoteProtocolError(
             f"an image that announces {size[0]}×{size[1]} pixels; at most {MOST_PIXELS} are decoded"
         )
@@ -169,6 +171,8 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     return image
 
 
+_MOST_TAGS = 500
+_TIFF_NUMBERS = {3: "H", 4: "I", 16: "Q"}
 _NETPBM = re.compile(rb"P[1-6]\s(?:\s*#[^\n]*\n)*\s*(\d{1,10})\s+(\d{1,10})\s")
 "The beginning of PBM, PGM and PPM: width and height as text, after comments."
 
@@ -186,7 +190,30 @@ def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
         return abs(width), abs(height)  # a negative height: the first line is at the top
     if found := _NETPBM.match(bytes(file[:200])):
         return int(found[1]), int(found[2])
+    return _tiff_size(file)
     return None
+
+
+def _tiff_size(file: bytes | memoryview) -> tuple[int, int] | None:
+    """Return the size of the first page of a TIFF or BigTIFF (tags 256 and 257); None for another kind."""
+    order = {b"II": "<", b"MM": ">"}.get(bytes(file[:2]))
+    version = struct.unpack_from(f"{order}H", file, 2)[0] if order and len(file) >= 16 else 0
+    if version not in (42, 43):
+        return None
+    count, place, begin, entry = ("H", "I", 4, 12) if version == 42 else ("Q", "Q", 8, 20)
+    found = {}
+    try:
+        (at,) = struct.unpack_from(f"{order}{place}", file, begin)
+        (tags,) = struct.unpack_from(f"{order}{count}", file, at)
+        first = at + struct.calcsize(f"={count}")
+        for index in range(min(tags, _MOST_TAGS)):
+            tag, kind = struct.unpack_from(f"{order}HH", file, first + index * entry)
+            if tag in (256, 257) and kind in _TIFF_NUMBERS:
+                value = first + index * entry + entry - struct.calcsize(f"={place}")
+                found[tag] = struct.unpack_from(f"{order}{_TIFF_NUMBERS[kind]}", file, value)[0]
+    except (struct.error, OverflowError, ValueError):
+        return None
+    return (found[256], found[257]) if len(found) == 2 else None
 
 
 def _png_is_whole(file: memoryview) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from grabbergui.core.errors import UsageError
@@ -14,7 +13,6 @@ METADATA = "metadata.yaml"
 _MAX_METADATA = 1 << 24
 _SUFFIXES = (".mcap", ".db3")
 MOST_FILES = 1000
-_LIST = re.compile(r"^(\s*)relative_file_paths:[ \t]*\r?\n((?:\s*-[^\n]*\n?)+)", re.MULTILINE)
 
 
 def bag_files(folder: Path) -> list[Path]:
@@ -49,11 +47,15 @@ def _is_bag(path: Path) -> bool:
 def _listed(metadata: Path) -> list[str]:
     """Return the names of a list in YAML, which rosbag2 always writes a line each."""
     text = read_bounded(metadata, _MAX_METADATA, METADATA).decode("utf-8", "replace")
-    match = _LIST.search(text)
-    if match is None:
-        return []
-    lines = (line.strip().removeprefix("-").strip() for line in match[2].splitlines() if line.strip())
-    return [line.strip("\"'") for line in lines]
+    lines = iter(text.splitlines())
+    names: list[str] = []
+    for line in lines:
+        if line.strip() == "relative_file_paths:":
+            for item in lines:
+                if not item.lstrip().startswith("- "):
+                    return names
+                names.append(item.strip().removeprefix("- ").strip().strip("\"'"))
+    return names
 
 
 def opened(paths: list[Path]) -> list[MessageStore]:

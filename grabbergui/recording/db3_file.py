@@ -75,6 +75,13 @@ class Db3File(MessageStore):
         self._database.close()
 
     def _index(self) -> None:
+        for name in ("topics", "messages"):
+            query = f"SELECT type, sql FROM sqlite_master WHERE name = '{name}'"
+            match next(iter(self._rows(query, READ_TIME)), None):
+                case ("table", str(sql)) if sql.upper().startswith("CREATE TABLE"):
+                    pass
+                case _:  # a view could have any number of rows, and a virtual table any code
+                    raise UsageError(f"{self.path} is no database of rosbag2: it has no table '{name}'")
         topics = "SELECT id, name, type, serialization_format FROM topics"
         for row in self._rows(f"{topics} LIMIT {MOST_TOPICS}", QUERY_TIME):
             match row:

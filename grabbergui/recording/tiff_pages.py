@@ -25,7 +25,10 @@ from grabbergui.core.regular_files import open_regular, read_bounded
 
 SUFFIXES = (".tif", ".tiff")
 MOST_PAGES = 1_000_000
-MOST_TAGS = 4096
+MOST_TAGS = 500
+MOST_VALUES = 5_000_000
+"Most tags and strips of all pages; directories can overlap, and name the same strips again and again."
+MAX_DESCRIPTION = 1 << 16
 MAX_COMPRESSED_BYTES = 1 << 30
 "Bytes of the largest file whose pages OpenCV decodes, which needs all of it in memory."
 _WIDTH, _HEIGHT, _BITS, _COMPRESSION, _PHOTOMETRIC, _DESCRIPTION = 256, 257, 258, 259, 262, 270
@@ -128,11 +131,14 @@ def _pages(file: BufferedReader) -> list[Page]:
         return []
     pages: list[Page] = []
     seen: set[int] = set()
-    while at and at not in seen and len(pages) < MOST_PAGES:
+    values = 0
+    while at and at not in seen and len(pages) < MOST_PAGES and values < MOST_VALUES:
         seen.add(at)
         try:
             tags, at = layout.directory(file, at, size)
-            pages.append(_page(len(pages), tags, order, size))
+            page, strips = _page(len(pages), tags, order, size)
+            pages.append(page)
+            values += len(tags) + strips
         except (struct.error, ValueError, KeyError, IndexError):
             break
         if not at and len(pages) == 1:
@@ -177,7 +183,9 @@ class _Layout:
         self, file: BufferedReader, kind: int, number: int, value: bytes, size: int
     ) -> Callable[[], tuple[int, ...] | bytes]:
         def read() -> tuple[int, ...] | bytes:
-            length = _SIZES[kind] * number
+            if number > MOST_VALUES:
+                raise ValueError(number)
+            length = _SIZES[kind] * number if kind != 2 else min(number, MAX_DESCRIPTION)
             content = value[:length]
             if length > self.inline:
                 (place,) = struct.unpack(f"{self.order}{self.place}", value)
@@ -192,7 +200,12 @@ class _Layout:
         return read
 
 
-def _page(number: int, tags: dict[int, Callable[[], Any]], order: str, size: int) -> Page:
+def _page(number: int, tags: dict[int, Callable[[], Any]], order: str, size: int) -> tuple[Page, int]:
+    """Return a page, and the number of its strips if they were read.
+
+    Raises ValueError, KeyError, struct.error.
+    """
+
     def values(tag: int, *default: int) -> tuple[int, ...]:
         return tuple(tags[tag]()) if tag in tags else default
 
@@ -212,15 +225,15 @@ def _page(number: int, tags: dict[int, Callable[[], Any]], order: str, size: int
         and samples in (1, 3, 4)
     )
     if not direct:
-        return page
+        return page, 0
     offsets, lengths = values(_OFFSETS), values(_LENGTHS)
     whole = width * height * samples * bits[0] // 8
     in_one_piece = all(
         place + length == after for place, length, after in zip(offsets, lengths, offsets[1:], strict=False)
     )
     if not in_one_piece or sum(lengths) < whole or offsets[0] + whole > size:
-        return page
-    return Page(number, width, height, dtype, samples, offsets[0])
+        return page, len(offsets)
+    return Page(number, width, height, dtype, samples, offsets[0]), len(offsets)
 
 
 _IMAGEJ = re.compile(rb"\AImageJ=[^\n]*\n(?:[^\n]*\n)*?images=(\d{1,7})\n")

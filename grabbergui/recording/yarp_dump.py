@@ -25,7 +25,7 @@ from grabbergui.core.regular_files import read_bounded
 
 LOG_NAME = "data.log"
 FLOAT_SUFFIXES = (".float", ".floatzip")
-MAX_LOG_BYTES = 1 << 28
+MAX_LOG_BYTES = 1 << 26
 _LINE = re.compile(
     r"(-?\d{1,10})((?: +-?\d{1,12}\.?\d{0,12}){1,2}) +([\w-]+\.\w{1,10})(?: +\[.*\])?", re.ASCII
 )

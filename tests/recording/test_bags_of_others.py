@@ -16,6 +16,7 @@ from grabbergui.core.component import ComponentKind
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 from grabbergui.recording import RecordingError, mcap_file, open_recording
+from grabbergui.recording.bag_folder import bag_files
 from grabbergui.recording.db3_file import Db3File
 
 SECOND = 10**9
@@ -121,6 +122,14 @@ def test_several_files_are_played_in_the_order_of_the_metadata(ros, tmp_path, pl
     (whole / "metadata.yaml").write_text(metadata.replace("bag_2", "bag_3"))
     with pytest.raises(UsageError, match=r"bag_3.*which metadata.yaml lists, is missing"):
         open_recording(whole)
+
+
+def test_metadata_of_millions_of_lines_takes_no_time(tmp_path):
+    (tmp_path / "bag_0.mcap").touch()
+    (tmp_path / "metadata.yaml").write_text("\n" * (1 << 20) + "  relative_file_paths:\n    - bag_0.mcap\n")
+    begun = time.process_time()
+    assert bag_files(tmp_path) == [tmp_path / "bag_0.mcap"]
+    assert time.process_time() - begun < 5
 
 
 def test_a_folder_that_is_compressed_as_a_whole_says_how_to_play_it(tmp_path):

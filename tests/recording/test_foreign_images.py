@@ -2,6 +2,7 @@
 
 import contextlib
 import struct
+import time
 import zlib
 
 import av
@@ -163,6 +164,29 @@ def test_broken_bytes_of_a_tiff_give_no_traceback(tmp_path):
         with contextlib.suppress(GrabberError):
             right += len(played(tmp_path / "broken.tiff"))
     assert right > 100
+
+
+def test_directories_that_overlap_take_no_time(tmp_path):
+    """Each of 20,000 directories of 500 tags begins a tag after the one before it."""
+    count, tags = 20_000, 500
+    content = bytearray(struct.pack("<2sHI", b"II", 42, 8)) + bytes(12 * (count + tags + 2))
+    for number in range(count):
+        at = 8 + 12 * number
+        content[at : at + 2] = struct.pack("<H", tags)
+        content[at + 2 + 12 * tags : at + 6 + 12 * tags] = struct.pack("<I", at + 12)
+    (path := tmp_path / "x.tiff").write_bytes(content)
+    begun = time.process_time()
+    with contextlib.suppress(GrabberError):
+        played(path)
+    assert time.process_time() - begun < 10
+
+
+def test_other_kinds_of_images_are_not_decoded(tmp_path):
+    """OpenCV would decode them, and allocate 3 GiB for what a few bytes announce."""
+    content = cv2.imencode(".webp", np.zeros((4, 6, 3), np.uint8))[1].tobytes()
+    (tmp_path / "0.png").write_bytes(content)
+    with pytest.raises(RecordingError, match="that are no image"):
+        played(tmp_path)
 
 
 def test_a_netpbm_header_announces_no_more_than_can_be(tmp_path):

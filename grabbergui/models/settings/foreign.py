@@ -37,11 +37,14 @@ _FORMATS = (
     (r"<CameraSettings\b", "the XML of Allied Vision's Vimba"),
     (r"<PropertyList\b|<propertyList\b", "the XML of Balluff's mvIMPACT Acquire"),
     (r"<puregev\b", "the XML of Pleora's eBUS"),
-    (r"^\s*\[Versions\][\s\S]{0,400}^\s*\[Sensor\]|^\s*ueye_api", "an .ini file of IDS's uEye Cockpit"),
-    (r"^\s*\[Board\][\s\S]*^\s*\[(Feature|Stream|Control)", "a .ccf file of Teledyne DALSA's Sapera"),
-    (r'^\s*\{[\s\S]{0,4000}"(properties|device|ic4)"\s*:', "JSON of The Imaging Source's programs"),
-    (r"^\s*<\?xml|^\s*<[A-Za-z]", "XML"),
-    (r"^\s*\{", "JSON"),
+    (
+        r"^[ \t]*\[Versions\][\s\S]{0,400}^[ \t]*\[Sensor\]|^[ \t]*ueye_api",
+        "an .ini file of IDS's uEye Cockpit",
+    ),
+    (r"^[ \t]*\[Board\][\s\S]*^[ \t]*\[(Feature|Stream|Control)", "a .ccf file of Teledyne DALSA's Sapera"),
+    (r'^[ \t]*\{[\s\S]{0,4000}"(properties|device|ic4)"\s*:', "JSON of The Imaging Source's programs"),
+    (r"^[ \t]*<\?xml|^[ \t]*<[A-Za-z]", "XML"),
+    (r"^[ \t]*\{", "JSON"),
 )
 "The beginning of formats that are refused, as regular expressions, and their names."
 
