@@ -14,7 +14,6 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -139,13 +138,10 @@ def packet_sizes(found: Sequence[Interface]) -> Iterator[Finding]:
 
 def shared_networks(found: Sequence[Interface]) -> Iterator[Finding]:
     """Check for two interfaces in one subnet: packets leave by either."""
-    for one, other in combinations(found, 2):
-        if one.name != other.name and one.network.overlaps(other.network):
-            yield problem(
-                f"{one.name} ({one.ip}) and {other.name} ({other.ip}) are in one subnet, {one.network}; "
-                "the system may use the wrong one for a camera",
-                f"give {other.name} and its cameras addresses of another subnet",
-            )
+    from grabbergui.driver.gige import reasons
+
+    for one, other in reasons.shared_networks(found):
+        yield problem(reasons.shared_text(one, other), reasons.shared_remedy(other))
 
 
 def reverse_path(sysctl: Path, found: Sequence[Interface]) -> Iterator[Finding]:
@@ -165,10 +161,12 @@ def reverse_path(sysctl: Path, found: Sequence[Interface]) -> Iterator[Finding]:
 
 def gige_cameras(found: Sequence[FoundDevice]) -> Iterator[Finding]:
     """List the cameras found, also those at an address that cannot be reached."""
+    from grabbergui.driver.gige import reasons
+
     if not found:
         yield note(
             "no GigE Vision camera answers",
-            "check power and cable; a firewall must let UDP in: sudo ufw allow proto udp from any port 3956",
+            f"check power and cable; {reasons.FIREWALL}",
         )
     for camera in found:
         info = camera.info()

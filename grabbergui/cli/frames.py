@@ -125,6 +125,8 @@ class _AwaitedSource:
             look = "whether its program sends images, and whether a camera there waits for a trigger"
             return FrameTimeoutError(f"{late}: {self.grabber.silence()}; see {look}")
         counters = self.grabber.statistics()
+        if reason := self.grabber.silence():
+            return FrameTimeoutError(f"{late}: {reason}")
         if counters.incomplete and scheme == "gige":
             look = (
                 "whether smaller packets arrive (?packet_size=1400 behind the source), or longer pauses help"

@@ -285,6 +285,10 @@ class Camera(ReconnectingGrabber):
     def statistics(self) -> StreamStatistics:
         return self.device.stream_statistics()
 
+    @override
+    def silence(self) -> str:
+        return self.device.silence() if self.streaming else ""
+
     # -- changes ---------------------------------------------------------------------------------
     def _on_features_changed(self, names: frozenset[str]) -> None:
         if len(self.features_changed):

@@ -184,6 +184,13 @@ class Device(ABC):
         stream = self._receiving
         return stream.statistics() if stream is not None else replace(self._last_statistics)
 
+    def silence(self) -> str:
+        """Return why no frames arrive, as display text; empty while they do, and if unknown.
+
+        Any thread; never waits for the camera.
+        """
+        return ""
+
     def report_event(self, event_id: int, message: bytes) -> None:
         """Pass an event to `on_event`. Any thread."""
         if self.on_event is not None:

@@ -247,7 +247,8 @@ class Camera(FeatureAccess):
         with contextlib.suppress(GrabberError):
             for key in self._triggers_on():
                 return f"; it waits for a trigger: use camera.trigger(), or set {key} to Off"
-        return ""
+        reason = self._grabber.silence()
+        return f"; {reason}" if reason else ""
 
     def _other_trigger(self) -> str:
         """Name a trigger that the camera waits for besides the one that `trigger` fires."""

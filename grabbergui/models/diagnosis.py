@@ -253,6 +253,11 @@ def diagnose(seen: Observation) -> Diagnosis | None:
 
 def _silent(seen: Observation) -> Diagnosis:
     count = seen.statistics
+    if seen.silence and _GIGE in seen.bus:
+        if count.packets:
+            summary = translate("Diagnosis", "Packets arrive, but no frame can be made of them.")
+            return Diagnosis(Stage.FRAMES, summary, f"{driver_text(seen.silence)}.")
+        return Diagnosis(Stage.PACKETS, _nothing_arrives(seen), f"{driver_text(seen.silence)}.")
     if seen.silence:
         return Diagnosis(
             Stage.PACKETS,
@@ -323,10 +328,17 @@ def _black(facts: CameraFacts) -> Diagnosis:
     return Diagnosis(Stage.DISPLAY, summary, f"{brighter} {advice}" if brighter else advice)
 
 
+_GIGE = "GigE"
+
+
+def _nothing_arrives(seen: Observation) -> str:
+    text = translate("Diagnosis", "{0} is under control but sends nothing that arrives here.")
+    return text.format(seen.source)
+
+
 def _no_packets(seen: Observation) -> Diagnosis:
-    summary = translate("Diagnosis", "{0} is under control but sends nothing that arrives here.")
-    summary = summary.format(seen.source)
-    if "GigE" not in seen.bus:
+    summary = _nothing_arrives(seen)
+    if _GIGE not in seen.bus:
         advice = translate("Diagnosis", "Stop and start again; check the camera's cable and power.")
         return Diagnosis(Stage.PACKETS, summary, advice)
     port = translate("Diagnosis", "UDP port {0}").format(seen.facts.stream_port)

@@ -83,6 +83,18 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP("Drivers", "{0} did not answer in time"),
     QT_TRANSLATE_NOOP("Drivers", "{0} did not answer within {1} s"),
     QT_TRANSLATE_NOOP("Drivers", "the device takes no commands; unplug it and plug it in again"),
+    # A camera that sends no frames
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "the camera sees this computer at {0}, not at {1}: a router between them translates addresses (NAT),"
+        " so frames do not get through; give this computer an address in the camera's network",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "no packet arrives; {0} and {1} are in one subnet, {2}; the system may use the wrong one for a"
+        " camera: give {3} and its cameras addresses of another subnet",
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "no packet arrives; a firewall may drop them: {0}"),
     # A remote camera that sends no images
     QT_TRANSLATE_NOOP("Drivers", "{0} is not connected to this program at the moment"),
     QT_TRANSLATE_NOOP("Drivers", "{0} sends messages that are no images ({1})"),

@@ -32,7 +32,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
 from grabbergui.driver.genapi.vetting import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
-from grabbergui.driver.gige.bootstrap import GVCP_PORT, Capability, Control, Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import GVCP_PORT, Capability, Control, Register, StreamChannel, ip_text
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
 from grabbergui.driver.gige.gvcp import Status
@@ -40,6 +40,7 @@ from grabbergui.driver.gige.gvcp_messages import Identity, identity_of
 from grabbergui.driver.gige.heartbeat import Pulse
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.quirks import DescriptionTraits, Quirk, known
+from grabbergui.driver.gige.reasons import StreamFacts, no_frames, not_found
 from grabbergui.driver.gige.stream.channel import (
     ALL_CHANNELS,
     GigeOptions,
@@ -81,6 +82,8 @@ class GigeDevice(Device):
         self._stream: Streams | None = None
         self._messages: MessageChannel | None = None
         self._tick_frequency = 0
+        self._seen_as = ""
+        "The address at which the camera sees this host; empty if it does not tell."
         self._little_endian = False
         "Whether the camera says that its memory is little-endian."
         self._numbers = False
@@ -103,6 +106,7 @@ class GigeDevice(Device):
                 memory.writable = True
                 privilege.offer(link, camera, memory.capability)
                 holder = privilege.holder_of(link, memory.capability)
+                self._seen_as = _host_seen_by(memory)
             timeout_ms = memory.read_optional(Register.HEARTBEAT_TIMEOUT_MS, USUAL_HEARTBEAT_MS)
             self.lost, link.on_lost = "", self.report_lost
             controlling = access is Access.CONTROL
@@ -179,10 +183,11 @@ class GigeDevice(Device):
             silent = f"{silent} to '{name}'"
         elif self.identity is not None:
             silent = f"{describe(self.info)} does not answer"
+        asked = discovery.interfaces()
         raise SourceNotFoundError(
-            f"{silent}; found: {others}; asked through {_named(discovery.interfaces())}. Check power,"
-            " cable and address; a camera in another network"
-            " can be named by its IP address, as in gige:192.168.0.10"
+            f"{silent}; found: {others}; asked through {_named(asked)}. To do:"
+            f" {not_found(asked)}; a camera in another network can be named by its IP address, as in"
+            " gige:192.168.0.10"
         )
 
     def _link_to(self, found: FoundDevice | None) -> ControlLink:
@@ -213,7 +218,7 @@ class GigeDevice(Device):
             if error.postponed:
                 raise TransportError(f"what answers at {ip} is not ready: {error}") from error
             asked = [each for each in discovery.interfaces() if each.reaches(ip)]
-            note = self._note_of(found) or "; check power, cable and address"
+            note = self._note_of(found) or f"; {not_found(asked)}"
             raise SourceNotFoundError(
                 f"no GigE Vision camera answers at {ip}, asked through"
                 f" {_named(asked or [interface_of(link.local_address)])}{note}"
@@ -321,6 +326,23 @@ class GigeDevice(Device):
         self._stream.open(request, deliver, self._tick_frequency)
         self._receiving = self._stream
 
+    def silence(self) -> str:
+        """Return why no frames arrive; see `reasons`."""
+        stream, interface = self._stream, self.interface
+        if stream is None or interface is None:
+            return ""
+        first = stream.channels[0]
+        facts = StreamFacts(
+            stream.statistics(),
+            self.info.address,
+            first.port,
+            interface,
+            next((channel.refusal for channel in stream.channels if channel.refusal), ""),
+            self._seen_as,
+            first.packet_size,
+        )
+        return no_frames(facts, discovery.interfaces() if not facts.statistics.packets else ())
+
     def test_packets(self) -> list[tuple[int, bool]]:
         """Test packet sizes; see `arriving_sizes`. Needs control, and no stream."""
         memory = self._opened()
@@ -361,6 +383,14 @@ def _require_readable(link: ControlLink) -> None:
     """
     if link.read_register(Register.CCP) & Control.EXCLUSIVE:
         link.read_register(Register.GVCP_CAPABILITY)
+
+
+def _host_seen_by(memory: DeviceMemory) -> str:
+    """Return the address of the controller, ourselves, as the camera sees it; empty if it does not tell."""
+    if Capability.PRIMARY_APPLICATION not in memory.capability:
+        return ""
+    number = memory.read_optional(Register.PRIMARY_APPLICATION_IP)
+    return ip_text(number) if number else ""
 
 
 def _mac_of(memory: DeviceMemory) -> int:

@@ -111,6 +111,10 @@ class RecordedDevice(Device):
     def stream_statistics(self) -> StreamStatistics:
         return self.device.stream_statistics()
 
+    @override
+    def silence(self) -> str:
+        return self.device.silence()
+
     def _read_once(self, address: int, length: int) -> bytes:
         known = self.reads.get((address, length)) or self._covering(address, length)
         if known is None:

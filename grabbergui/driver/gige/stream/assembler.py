@@ -361,6 +361,11 @@ class BlockAssembler:
                 self.statistics.bytes += len(block.payload)
             yield block
 
+    @property
+    def refusal(self) -> str:
+        """Why the last block that was refused made no frame; empty if none was."""
+        return self._layout.refusal
+
     def ignore(self, packets: int) -> None:
         """Count packets that are not from the device."""
         self.statistics.packets_ignored += packets

@@ -50,6 +50,8 @@ class Layout:
     "Bytes of a buffer, the largest payload."
     relative_parts: bool = False
     "Whether positions in multi-part packets count from the start of their part: cameras differ."
+    refusal: str = ""
+    "Why the last block that was refused made no frame."
     _reported: set[str] = field(default_factory=set)
 
     @property
@@ -242,6 +244,7 @@ class Block(PacketAccount):
     def _refuse(self, fault: str, details: str) -> None:
         """Store and request nothing more of the block."""
         self.refused = True
+        self.layout.refusal = f"{fault}: {details}"
         self.layout.warn_once(fault, details)
 
     def _take_trailer(self, packet_id: int, body: memoryview) -> None:

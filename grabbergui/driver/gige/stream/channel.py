@@ -175,6 +175,12 @@ class Stream:
         receiver = self._receiver
         return receiver.statistics() if receiver is not None else replace(self._statistics)
 
+    @property
+    def refusal(self) -> str:
+        """Why frames that arrived were refused; empty if none was. Any thread."""
+        receiver = self._receiver
+        return receiver.refusal if receiver is not None else ""
+
     def _open_socket(self, payload_size: int) -> socket.socket:
         if not self._memory.writable:
             return self._listen_in(payload_size)

@@ -61,6 +61,11 @@ class StreamReceiver:
         """Return a snapshot. Any thread."""
         return self._assembler.statistics.snapshot(self._rate)
 
+    @property
+    def refusal(self) -> str:
+        """Why frames that arrived were refused; empty if none was. Any thread."""
+        return self._assembler.refusal
+
     def _run(self) -> None:
         assembler, thread = self._assembler, RealtimeThread()
         while not self._stopping:
