@@ -15,7 +15,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import DeviceStatusError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.driver.device import FrameCounter, StreamRequest
+from grabbergui.driver.device import FrameCounter, StreamRequest, check_payload_size
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 WIDTH, HEIGHT = 64, 48
@@ -41,6 +41,7 @@ class VendorsCamera(XmlDevice):
         return bytes(self.memory.get(address + at, self._fill(address + at)) for at in range(length))
 
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        check_payload_size(request.payload_size)
         self._receiving = _Stream(request.payload_size, deliver)
 
 
