@@ -19,6 +19,9 @@ CONTROL = "\u202eA\u200b\x9b31mB\r\n⁂"
 """What a terminal would obey or hide, as far as XML can hold it."""
 MORE_CONTROL = f"{CONTROL}\x1b]0;t\x07\x08\x00"
 """The same with what registers can hold, too."""
+LONG = 100_000
+LONG_TEXTS = ("ExposureTime", "ExposureAuto", "Continuous", "AcquisitionControl")
+"""Nodes whose texts have so many more characters."""
 _TEXTS = ("ToolTip", "Description", "DisplayName")
 _NODES = (
     "Category", "Integer", "IntReg", "MaskedIntReg", "Float", "FloatReg", "StringReg", "String", "Boolean",
@@ -38,7 +41,7 @@ def marked_description(mark: str) -> bytes:
             node.remove(child)
         for place, name in enumerate(_TEXTS):
             text = ElementTree.Element(f"{space}{name}")
-            text.text = f"{mark}{node.get('Name')}"
+            text.text = f"{mark}{node.get('Name')}{'x' * LONG if node.get('Name') in LONG_TEXTS else ''}"
             node.insert(place, text)
         for child in node:
             if child.tag.removeprefix(space) == "Unit":

@@ -177,7 +177,7 @@ def _as_dict(feature: Feature) -> dict[str, Any]:
         "name": feature.name,
         "kind": feature.kind.value,
         "category": feature.category,
-        "display_name": feature.title,
+        "display_name": feature.display_name or feature.name,
         "value": feature.value,
         "minimum": feature.minimum,
         "maximum": feature.maximum,

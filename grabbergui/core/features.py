@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from grabbergui.core.errors import FeatureAccessError, FeatureValueError
+from grabbergui.core.visible_text import shortened
 
 FeatureValue = int | float | bool | str
 
@@ -81,6 +82,10 @@ CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.
 "Representations in which an integer is not written as a decimal number."
 
 
+MOST_TITLE = 200
+"Characters of a display name; cameras write them, and the window lays them out."
+
+
 @dataclass(frozen=True)
 class EnumEntry:
     """An entry of an enumeration."""
@@ -91,6 +96,11 @@ class EnumEntry:
     tooltip: str = ""
     available: bool = True
     "Whether the camera currently accepts it."
+
+    @property
+    def title(self) -> str:
+        """The display name."""
+        return shortened(self.display_name or self.name, MOST_TITLE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,7 +124,7 @@ class FeatureDescription:
     @property
     def title(self) -> str:
         """The display name."""
-        return self.display_name or self.name
+        return shortened(self.display_name or self.name, MOST_TITLE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -275,7 +285,7 @@ class Category:
     @property
     def title(self) -> str:
         """The display name."""
-        return self.display_name or self.name
+        return shortened(self.display_name or self.name, MOST_TITLE)
 
     def descriptions(self) -> Iterator[FeatureDescription]:
         """Yield every feature below, depth first, each name once."""

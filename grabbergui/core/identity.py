@@ -13,8 +13,13 @@ from dataclasses import asdict, dataclass
 from typing import TypeVar
 
 from grabbergui.core.errors import OtherCameraError
+from grabbergui.core.visible_text import shortened
 
 Found = TypeVar("Found")
+
+
+MOST_NAME = 200
+"Characters of each part of a display name."
 
 
 @dataclass(frozen=True)
@@ -67,10 +72,11 @@ class DeviceInfo:
         All display names of a source follow this rule.
         """
         if self.user_name:
-            return [self.user_name]
+            return [shortened(self.user_name, MOST_NAME)]
         kind = tuple(filter(None, kind))
         mark = self.serial or self.address
-        return [*kind, *([mark] if mark and mark not in kind else [])] if kind else [self.uri]
+        names = [*kind, *([mark] if mark and mark not in kind else [])] if kind else [self.uri]
+        return [shortened(name, MOST_NAME) for name in names]
 
     def as_dict(self) -> dict[str, str]:
         """All fields, for JSON."""

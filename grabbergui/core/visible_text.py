@@ -40,6 +40,14 @@ def _spelled(sign: str) -> str:
     return _SHORT.get(sign) or f"\\{digits}"
 
 
+def shortened(text: str, most: int) -> str:
+    """Return at most so many characters of a text, the last one an ellipsis if some are missing.
+
+    A label of a million characters takes a window ten seconds.
+    """
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
 def print_line(text: object = "", *, error: bool = False, flush: bool = False) -> None:
     """Print one line to stdout, or to stderr, if it is open."""
     _print(visible(str(text)), sys.stderr if error else sys.stdout, flush=flush)

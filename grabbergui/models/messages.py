@@ -19,6 +19,7 @@ from psygnal import Signal
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, TransportError
 from grabbergui.core.grabber import Access
+from grabbergui.core.visible_text import shortened
 from grabbergui.models.error_text import error_text, lost_text, returned_text
 from grabbergui.models.language import localized, translate
 from grabbergui.models.open_source import LinkState, OpenSource
@@ -64,6 +65,10 @@ class Offer:
     act: Callable[[], None] = field(compare=False)
 
 
+MOST_TEXT = 2000
+"Characters of a message; peers write errors."
+
+
 @dataclass(frozen=True)
 class Message:
     """One message. Equal source and cause make two messages the same; without a cause, equal source and text.
@@ -84,9 +89,10 @@ class Message:
     @property
     def sentence(self) -> str:
         """The text with a capital letter, unless it begins with a name, and with the count above 1."""
-        first, _, _ = self.text.partition(" ")
-        capital = first.isalpha() and first.islower()
-        text = self.text[0].upper() + self.text[1:] if capital else self.text
+        text = shortened(self.text, MOST_TEXT)
+        first, _, _ = text.partition(" ")
+        if first.isalpha() and first.islower():
+            text = text[0].upper() + text[1:]
         return text if self.count == 1 else f"{text}  (×{self.count})"
 
     def is_same(self, other: Message) -> bool:

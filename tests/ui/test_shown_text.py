@@ -75,6 +75,8 @@ class Walk:
         "Where the mark is rendered."
         self.places = set()
         "Kinds of places at which the mark is shown."
+        self.longest = 0
+        "Characters of the longest text."
 
     def window(self, top):
         for widget in [top, *top.findChildren(QWidget)]:
@@ -86,6 +88,7 @@ class Walk:
     def _note(self, text, place, where, *, as_rich=None):
         if isinstance(text, str) and "/dev/null" in text:
             self.places.add(place)
+            self.longest = max(self.longest, len(text))
         if rendered(text) if as_rich is None else as_rich and RAW in text:
             self.found.append(f"{place} of {type(where).__name__} {where.objectName()}: {text[:80]}")
 
@@ -175,6 +178,7 @@ def test_the_window_renders_no_text_of_the_camera(app, monkeypatch, tmp_path):
 
     found = walk()
     assert not found.found, "\n".join(found.found)
+    assert found.longest < 10_000, "of a camera's 100,000 characters"
     assert found.places >= {"toolTip", "label", "cell", "cell's tooltip", "action's tooltip"}
     for dialog in (report, user_sets):
         dialog.close()

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from grabbergui.core.features import CODED, Feature, FeatureKind, FeatureValue, Representation
+from grabbergui.core.visible_text import shortened
 from grabbergui.models.language import localized
 
 """Representations of integers that are typed as text."""
@@ -45,9 +46,13 @@ _SHOWN_IN = (("s", "ms", "µs"), ("MHz", "kHz"), ("GBps", "MBps", "kBps"))
 """For each of those families, the units in which long numbers are shown, largest first."""
 
 
+MOST_UNIT = 20
+"Characters of a unit."
+
+
 def unit_text(unit: str) -> str:
     """Return a unit as display text: `us` is `µs`."""
-    return _UNITS.get(unit, unit)
+    return _UNITS.get(unit) or shortened(unit, MOST_UNIT)
 
 
 def shown_unit(number: int | float, unit: str, before: str = "") -> str:

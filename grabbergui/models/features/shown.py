@@ -23,6 +23,7 @@ from grabbergui.core.features import (
     format_number,
 )
 from grabbergui.core.sfnc import automatic_mode_of
+from grabbergui.core.visible_text import shortened
 from grabbergui.models.features.numbers import quantity_text, unit_text
 from grabbergui.models.language import counted, driver_text, localized, translate
 from grabbergui.models.markup import Markup, joined, markup
@@ -177,7 +178,8 @@ def value_text(feature: Feature) -> str:
     if isinstance(value, bool):
         return translate("Features", "yes") if value else translate("Features", "no")
     if isinstance(value, str):
-        return next((e.display_name or e.name for e in feature.entries if e.name == value), value)
+        known = next((e.title for e in feature.entries if e.name == value), value)
+        return shortened(known, MOST_HELP)
     if feature.representation in CODED and isinstance(value, int):
         return coded_text(value, feature.representation)
     return quantity_text(value, feature.unit)
@@ -192,14 +194,14 @@ def tooltip(feature: Feature) -> Markup:
     elif feature.pauses_stream:
         pause = translate("Features", "Changing it pauses the stream for a moment.")
         parts.append(markup("<i>{0}</i>", pause))
-    parts += [_shortened(text, MOST_HELP) for text in _help(feature)]
+    parts += [shortened(text, MOST_HELP) for text in _help(feature)]
     if feature.kind is not FeatureKind.COMMAND and not feature.problem:
         if feature.value is not None:
             parts.append(_line(translate("Features", "Value: {0}"), _exact(feature)))
         parts.append(_line(translate("Features", "Range: {0}"), range_text(feature)))
     if feature.selectors:
         parts.append(_line(translate("Features", "Selected by: {0}"), ", ".join(feature.selectors)))
-    parts.append(markup("<code>{0}</code>", feature.name))
+    parts.append(markup("<code>{0}</code>", shortened(feature.name, MOST_VALUE)))
     return joined(parts, "<br>")
 
 
@@ -211,7 +213,7 @@ def _help(feature: Feature) -> list[str]:
 
 
 def _line(text: str, value: str) -> str:
-    return text.format(_shortened(value))
+    return text.format(shortened(value, MOST_VALUE))
 
 
 def _exact(feature: Feature) -> str:
@@ -221,9 +223,7 @@ def _exact(feature: Feature) -> str:
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
 
 
+MOST_VALUE = 300
+"Characters of a value, a name or a range in a tooltip."
 MOST_HELP = 2000
 "Characters of each of the camera's own texts in a tooltip."
-
-
-def _shortened(text: str, length: int = 300) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"

@@ -220,7 +220,7 @@ def user_sets(grabber: FrameGrabber) -> list[UserSet]:
             found.append(
                 UserSet(
                     entry.name,
-                    entry.display_name or entry.name,
+                    entry.title,
                     entry.tooltip,
                     savable,
                     settable and entry.name in can_start,

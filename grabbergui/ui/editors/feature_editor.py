@@ -328,7 +328,7 @@ class ChoiceEditor(FeatureEditor):
     def _model(self) -> QStandardItemModel:
         model, not_offered = QStandardItemModel(self.combo), Lack.OFFER.text
         for entry in self._entries:
-            item = QStandardItem(entry.display_name or entry.name)
+            item = QStandardItem(entry.title)
             reason = "" if entry.available else not_offered
             set_tooltip(item, f"{entry.tooltip}\n{reason}".strip())
             item.setEnabled(entry.available)
@@ -380,7 +380,7 @@ class AutoButton(QToolButton):
             action.deleteLater()
             self._group.removeAction(action)
         for entry in feature.entries:
-            action = QAction(entry.display_name or entry.name, self._group)
+            action = QAction(entry.title, self._group)
             action.setData(entry.name)
             action.setCheckable(True)
             set_available(action, None if entry.available else Lack.OFFER)

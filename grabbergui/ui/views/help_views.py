@@ -28,7 +28,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.core.visible_text import visible
+from grabbergui.core.visible_text import shortened, visible
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
 from grabbergui.models.markup import Markup, joined, markup
@@ -251,8 +251,12 @@ class LogPanel(QWidget):
             clipboard.setText(self.text.toPlainText())
 
 
+MOST_LINE = 4000
+"Characters of a line; peers write messages."
+
+
 def _text(line: LogLine) -> str:
-    shown = "\n".join(map(visible, line.text.split("\n")))
+    shown = "\n".join(shortened(visible(each), MOST_LINE) for each in line.text.split("\n"))
     moment = time.strftime("%H:%M:%S", time.localtime(line.time))
     milliseconds = int(line.time * 1000) % 1000
     return f"{moment}.{milliseconds:03d}  {logging.getLevelName(line.level):<8} {line.origin}: {shown}"
