@@ -34,8 +34,8 @@ from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.net import remote_grabber, tree
 from grabbergui.net.tree import TreeService, read_category
-from grabbergui.net.yarp import grabber_values, image
-from grabbergui.net.yarp.os import admin, carrier, codecs, framing, name_server, registry, values
+from grabbergui.net.yarp import grabber_values, mjpeg
+from grabbergui.net.yarp.os import admin, binary, carrier, codecs, framing, name_server, registry, values
 from grabbergui.net.yarp.os.binary import decode_name_size
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Vocab
@@ -62,11 +62,11 @@ VALUES = {
     (tree, "_MAX_DEPTH"): 32,
     (tree, "_REVISION_DIGITS"): 20,
     (grabber_values, "MAX_VERTICES"): 1024,
-    (image, "_JPEG_LIMIT"): 64 << 20,
+    (mjpeg, "_JPEG_LIMIT"): 64 << 20,
     (admin, "_MANY_PROPERTIES"): 256,
     (admin, "_PROPERTY_BYTES"): 4096,
     (carrier, "NAME_LIMIT"): 1000,
-    (carrier, "MESSAGE_LIMIT"): 1 << 28,
+    (binary, "MESSAGE_LIMIT"): 1 << 28,
     (codecs, "TEXT_REPLY_LIMIT"): 16 << 20,
     (registry, "PORT_LIMIT"): 200,
     (registry, "ADDRESS_LIMIT"): 64,

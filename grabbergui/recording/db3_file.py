@@ -49,12 +49,13 @@ class Db3File(MessageStore):
         except sqlite3.Error as error:
             raise self._unreadable(error) from error
         try:
+            self._database.text_factory = lambda content: str(content, "utf-8", "replace")
             self._database.execute("PRAGMA trusted_schema = OFF")
             self._database.set_progress_handler(self._late, _STEPS)
             if hasattr(self._database, "setlimit"):  # Python 3.11
                 self._database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_MESSAGE)
             self._index()
-        except sqlite3.Error as error:
+        except (sqlite3.Error, UnicodeDecodeError) as error:  # a damaged text, perhaps within a message
             self._database.close()
             raise self._unreadable(error) from error
         except BaseException:
@@ -105,7 +106,7 @@ class Db3File(MessageStore):
         """Return whether the query has taken too long, which ends it."""
         return time.monotonic() > self._until
 
-    def _unreadable(self, error: sqlite3.Error) -> UsageError:
+    def _unreadable(self, error: Exception) -> UsageError:
         if isinstance(error, sqlite3.OperationalError) and "interrupted" in str(error):
             return UsageError(f"{self.path}: its index takes longer than {QUERY_TIME:g} s; it is not read")
         return UsageError(f"{self.path} is no database of rosbag2: {error}")
