@@ -85,8 +85,8 @@ class Acquisition:
         order = _value_of(nodes, PIXEL_ORDER)
         request = StreamRequest(
             payload_size(nodes),
-            None if order is None else str(order).lower().startswith("big"),
             self._deliver_incomplete,
+            None if order is None else str(order).lower().startswith("big"),
         )
         self._fanout.clear()
         self._chunks = self._reader_of_chunks(nodes)

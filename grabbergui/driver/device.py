@@ -56,10 +56,10 @@ class StreamRequest:
 
     payload_size: int
     "Bytes of the largest payload (feature PayloadSize), chunks included."
-    big_endian_pixels: bool | None = None
-    "Byte order of pixels with more than 8 bits by the camera's own feature; None if it has none."
     deliver_incomplete: bool = False
     "Whether frames with missing packets are delivered (with their status) or only counted."
+    big_endian_pixels: bool | None = None
+    "Byte order of pixels with more than 8 bits by the camera's own feature; None if it has none."
 
 
 class Stream(Protocol):
