@@ -43,7 +43,7 @@ def test_images_that_begin_to_be_late_are_old_by_any_clock(off):
 @pytest.mark.parametrize("fast", [-1e-4, -2e-5, 2e-5, 1e-4])
 def test_a_clock_that_runs_fast_or_slow_makes_no_image_old(fast):
     sender = Sender(-700 * MS, fast)
-    ages = sender.ages(*[8] * 90_000)  # an hour
+    ages = sender.ages(*[8] * 20_000)  # a quarter of an hour
     assert max(ages) <= 1
     assert sender.ages(1008)[0] == pytest.approx(1000, abs=10)
 

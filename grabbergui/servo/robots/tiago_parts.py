@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import queue
 import time
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -361,9 +361,18 @@ class OtherPrograms:
                 "killed is forgotten after 20 s"
             )
 
-    def watch(self) -> None:
-        """Look again every `_WATCH_S`, on the node's thread, for one that was discovered late."""
-        steady_timer(self._ros.node, _WATCH_S, self._look)
+    def watch(self, disturbed: Callable[[], None]) -> None:
+        """Look again every `_WATCH_S`, on the node's thread, for one that was discovered late.
+
+        `disturbed` is called there while `strangers` publish commands.
+        """
+
+        def look() -> None:
+            self._look()
+            if self._strangers:
+                disturbed()
+
+        steady_timer(self._ros.node, _WATCH_S, look)
 
     def require_none(self) -> None:
         """Raise TransportError if one has been discovered since; does not wait."""

@@ -88,6 +88,10 @@ class TiagoOverRos2(Robot):
         self._manager: ControllerManager | None = None
         self._others: OtherPrograms | None = None
         self._servo: ServoNode | None = None
+        self._stopped = True
+        "Whether a stop was the last command."
+        self._warned = ""
+        "The last warning of strangers."
         self._drives: dict[str, Drive] = {}
         self._driven: dict[str, Part] = {}
         self._readings = messages.JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
@@ -131,7 +135,7 @@ class TiagoOverRos2(Robot):
             self.close()
             raise
         if self._others is not None:
-            self._others.watch()
+            self._others.watch(self._pause_servo)
         arm = self._drives.get(ARM)
         if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
             self._servo = ServoNode(self._ros, arm.topic)
@@ -175,6 +179,7 @@ class TiagoOverRos2(Robot):
         if part is None:
             return
         if part.drive.kind is Kind.TWIST:
+            self._stopped = False
             if self._servo is not None and self._servo.paused:
                 self._servo.start()
             part.move_hand(twist, self._stamp())
@@ -190,12 +195,8 @@ class TiagoOverRos2(Robot):
         """
         state, now = self._state, time.monotonic()
         delivered = True
-        if self._servo is not None and self._others is not None and (strangers := self._others.strangers):
-            paused = self._servo.pause()
-            how = (
-                "MoveIt Servo is paused" if paused else "end them, as a stop does not stop what they command"
-            )
-            log.warning("%s is commanded by %s, too: %s", self.name, ", ".join(sorted(strangers)), how)
+        self._stopped = True
+        self._pause_servo()
         for name in (ARM, HEAD):
             part = self._driven.get(name)
             if part is None:
@@ -209,6 +210,19 @@ class TiagoOverRos2(Robot):
                 log.error("%s could not be stopped: %s", self.name, error)
                 delivered = False
         return delivered
+
+    def _pause_servo(self) -> None:
+        """Pause MoveIt Servo if the robot is stopped and other nodes command it; they may join later."""
+        if not self._stopped or self._servo is None or self._servo.paused or self._others is None:
+            return
+        strangers = ", ".join(sorted(self._others.strangers))
+        if not strangers:
+            return
+        how = "MoveIt Servo is paused" if self._servo.pause() else "end them: a stop here does not stop them"
+        text = f"{self.name} is commanded by {strangers}, too: {how}"
+        if text != self._warned or self._servo.paused:
+            log.warning("%s", text)
+        self._warned = text
 
     @override
     def stop_channels(self) -> list[dict[str, str]]:
