@@ -235,7 +235,9 @@ GUARDIAN = "grabbergui_guardian_"
 "Beginning of the names of our guardians' nodes."
 JOIN_S = 1.0
 "Seconds for which DDS discovers other programs before their absence counts."
-_WATCH_S = 0.2
+_UNNAMED = "a node that has just joined"
+"A publisher is discovered before the name of its node, and commands arrive before either."
+_WATCH_S = 0.1
 "Seconds between two looks for other programs."
 
 
@@ -389,7 +391,8 @@ class OtherPrograms:
     def _look(self) -> None:
         commanders = self._commanders()
         self._found = _servo_program(commanders)
-        self._strangers = frozenset(name for name in commanders if name and not name.startswith(GUARDIAN))
+        others = (name or _UNNAMED for name in commanders if not name.startswith(GUARDIAN))
+        self._strangers = frozenset(others)
 
     def _commanders(self) -> set[str]:
         """Return the names of the nodes that publish commands, without this one; empty while unknown."""

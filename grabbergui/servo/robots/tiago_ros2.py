@@ -88,7 +88,7 @@ class TiagoOverRos2(Robot):
         self._manager: ControllerManager | None = None
         self._others: OtherPrograms | None = None
         self._servo: ServoNode | None = None
-        self._stopped = True
+        self._stopped = False
         "Whether a stop was the last command."
         self._warned = ""
         "The last warning of strangers."
