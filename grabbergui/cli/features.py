@@ -16,7 +16,7 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind,
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.visible_text import print_json, print_line, print_lines
-from grabbergui.models.features.numbers import typed_value
+from grabbergui.models.features.number_input import typed_value
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import SETTLED, LoadReport, load_onto, roll_back

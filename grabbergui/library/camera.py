@@ -78,7 +78,6 @@ class Camera(FeatureAccess):
         self._closing = Closing(self, close)
         _MADE.add(self)
 
-    # -- connection ------------------------------------------------------------------------------
     @property
     def info(self) -> DeviceInfo:
         """Vendor, model, serial number, address and URI."""
@@ -117,7 +116,6 @@ class Camera(FeatureAccess):
         )
         return f"<grabbergui.Camera '{self.info.uri}' {self.info.title}, {state}>"
 
-    # -- frames ----------------------------------------------------------------------------------
     @property
     def streaming(self) -> bool:
         """Whether the camera sends frames."""
@@ -273,7 +271,6 @@ class Camera(FeatureAccess):
                 # A frame that ran free may still be exposed.
                 self._busy_until = time.monotonic() + frame_period(self._grabber)
 
-    # -- asyncio ---------------------------------------------------------------------------------
     async def agrab(self, timeout: float | None = None, **settings: FeatureValue) -> Frame:
         """As `grab`, for asyncio."""
         return await asyncio.to_thread(self.grab, timeout, **settings)
@@ -296,7 +293,6 @@ class Camera(FeatureAccess):
         """As `frames`, for asyncio: `async for frame in camera.aframes(100)`."""
         return AsyncFrames(self.frames(count, timeout=timeout, depth=depth))
 
-    # -- what happens ----------------------------------------------------------------------------
     def on(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
         """Call a function whenever something happens; the returned function ends that.
 
@@ -311,7 +307,6 @@ class Camera(FeatureAccess):
         _WATCHED.add(self)
         return end
 
-    # -- files -----------------------------------------------------------------------------------
     @property
     def files(self) -> CameraFiles:
         """The files in the camera: `camera.files.list()`, `read`, `write`, `delete`."""
@@ -383,7 +378,6 @@ class Camera(FeatureAccess):
         return report
 
 
-# -- forked processes ----------------------------------------------------------------------------
 class _OfParent:
     """Takes the place of a camera's grabber in a forked process, which shares its sockets, but no thread."""
 

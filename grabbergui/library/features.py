@@ -20,7 +20,7 @@ from grabbergui.core.file_access import CameraFile, Written
 from grabbergui.core.grabber import ConnectionState, DeviceEvent, FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import Role
-from grabbergui.models.features.numbers import typed_value
+from grabbergui.models.features.number_input import typed_value
 
 log = logging.getLogger(__name__)
 

@@ -258,7 +258,6 @@ class Recording:
                 self.stop()
 
 
-# -- closing -------------------------------------------------------------------------------------
 _CLOSING: set[threading.Thread] = set()
 
 

@@ -26,7 +26,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pixels import DisplayImage, Region, for_display
 from grabbergui.models.error_text import error_text
-from grabbergui.models.image.rendering import DisplaySettings, render
+from grabbergui.models.image.display_settings import DisplaySettings
+from grabbergui.models.image.rendering import render
 from grabbergui.models.language import translate
 
 log = logging.getLogger(__name__)
@@ -204,7 +205,6 @@ class CalibratingModel:
 
         self._jobs.put(write)
 
-    # -- the model's own thread ------------------------------------------------------------------
     def _consume(self, frame: Frame) -> bool:
         self._seen = time.monotonic()
         if not frame.complete:

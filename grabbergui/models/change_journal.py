@@ -7,199 +7,18 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import OrderedDict, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import replace
 
 from psygnal import Signal
 
-from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.core.features import FeatureValue
 from grabbergui.core.settings import SettingKey, ValueChange
-from grabbergui.models.language import translate
+from grabbergui.models.change import Change, Origin
+from grabbergui.models.undo_steps import Direction, Step, UndoHistory, continues
 
-
-class Origin(Enum):
-    """Author of a change."""
-
-    OPERATOR = "operator"
-    "A person at this window, or what they started here."
-    CAMERA = "camera"
-    "The camera by itself: an automatic mode, or the consequence of another change."
-    NETWORK = "network"
-    "Another user of the same camera over a network."
-
-
-@dataclass(frozen=True)
-class Change:
-    """The values of a feature before and after a change; a command has neither."""
-
-    number: int
-    "Counts up from 1. A change that continues, as while a slider is dragged, keeps its number."
-    time: float
-    "Start of the change in seconds since the epoch."
-    key: SettingKey
-    before: FeatureValue | None
-    after: FeatureValue | None
-    origin: Origin
-    cause: str = ""
-    "The operation it was part of, as display text: `Loaded settings.yaml`; empty for a single control."
-    command: bool = False
-
-    @property
-    def effective(self) -> bool:
-        """Whether anything differs from before."""
-        return self.command or self.before != self.after
-
-    def __str__(self) -> str:
-        """`Gain 0 → 6`, `TriggerSoftware run`, `UserSetLoad[UserSetSelector=UserSet1] run`."""
-        if self.command:
-            return f"{self.key} run"
-        return f"{self.key} {format_value(self.before)} → {format_value(self.after)}"
-
-
-# -- steps ---------------------------------------------------------------------------------------
-MOST_STEPS = 200
-"Most steps that can be undone."
-_MOST_SETTINGS = 5000
-"Most changes within one step; the first ones are kept."
-STEP_PAUSE = 1.0
-"Seconds without a write of a feature after which the next one is another step."
-
-Values = list[tuple[SettingKey, FeatureValue]]
-"Settings and what to write to them, in order."
-
-
-class Direction(Enum):
-    """Direction through the steps."""
-
-    UNDO = "Undo"
-    REDO = "Redo"
-
-    @property
-    def back(self) -> Direction:
-        """The opposite direction."""
-        return Direction.REDO if self is Direction.UNDO else Direction.UNDO
-
-    @property
-    def title(self) -> str:
-        """The direction as display text."""
-        return translate("Changes", "Undo") if self is Direction.UNDO else translate("Changes", "Redo")
-
-
-@dataclass(eq=False)
-class Step:
-    """Changes that are undone together. Pass it to `ChangeJournal.within` to group several writes."""
-
-    cause: str = ""
-    "Display text: `Loaded settings.yaml`; empty for a single control."
-    changes: dict[SettingKey, Change] = field(default_factory=dict)
-    "By setting, in the order of their first write."
-    regulated: dict[SettingKey, FeatureValue] = field(default_factory=dict)
-    "Manual values displaced by an automatic mode; undoing the mode restores them."
-    last: float = 0.0
-    "Time of the last write in seconds of the journal's clock."
-    intended: SettingKey | None = None
-    "The setting that was written last; the others changed with it."
-
-    def add(self, change: Change, now: float) -> None:
-        """Add a change; merge it with an earlier change of the same setting."""
-        known = self.changes.get(change.key)
-        if known is not None:
-            change = replace(change, before=known.before)
-        elif len(self.changes) >= _MOST_SETTINGS:
-            return
-        self.changes[change.key] = change
-        self.last = now
-
-    @property
-    def effective(self) -> bool:
-        """Whether anything differs from before."""
-        return any(change.effective for change in self.changes.values())
-
-    def values(self, direction: Direction) -> Values:
-        """Return the writes that undo or redo the step, in order."""
-        changes = [change for change in self.changes.values() if change.effective]
-        if direction is Direction.REDO:
-            return [(change.key, change.after) for change in changes if change.after is not None]
-        before = [(change.key, change.before) for change in reversed(changes)]
-        return [(key, value) for key, value in (*before, *self.regulated.items()) if value is not None]
-
-    def __str__(self) -> str:
-        if self.cause:
-            return self.cause
-        changes = [change for change in self.changes.values() if change.effective]
-        written = [change for change in changes if change.origin is not Origin.CAMERA]
-        return ", ".join(str(change) for change in written or changes)
-
-
-class _UndoHistory:
-    """Steps done and steps undone, the newest last; the oldest are dropped. One thread at a time."""
-
-    def __init__(self) -> None:
-        self._steps: dict[Direction, deque[Step]] = {way: deque(maxlen=MOST_STEPS) for way in Direction}
-        self._interrupted = False
-
-    def next(self, direction: Direction) -> Step | None:
-        """Return the step that would be undone or redone next."""
-        steps = self._steps[direction]
-        return steps[-1] if steps else None
-
-    def note(
-        self,
-        changes: Iterable[Change],
-        intended: SettingKey,
-        step: Step | None,
-        now: float,
-        since: float | None = None,
-    ) -> Step:
-        """Add changes to `step`, or else to the previous step if they continue it. Return their step.
-
-        A step of a single control continues while the user holds the control (`since` this moment), or writes
-        it again within `STEP_PAUSE`, unless something else changes in between.
-        """
-        step = step or self._continued(intended, now, since) or Step()
-        for change in changes:
-            step.add(change, now)
-        step.intended = intended
-        done = self._steps[Direction.UNDO]
-        if step not in done:
-            done.append(step)
-        if not step.effective:
-            done.remove(step)  # all values are as before
-        self._steps[Direction.REDO].clear()
-        self._interrupted = False
-        return step
-
-    def interrupt(self) -> None:
-        """Let the next change start a step of its own, after something that cannot be undone."""
-        self._interrupted = True
-
-    def take(self, direction: Direction) -> Step | None:
-        """Remove and return the next step. The caller must `put` it on one of the two stacks afterwards."""
-        self._interrupted = True
-        steps = self._steps[direction]
-        return steps.pop() if steps else None
-
-    def put(self, direction: Direction, step: Step) -> None:
-        """Put a step on the stack of the direction in which it can be reverted next."""
-        self._steps[direction].append(step)
-
-    def _continued(self, key: SettingKey, now: float, since: float | None) -> Step | None:
-        """Return the previous step if a write of this setting continues it."""
-        step = self.next(Direction.UNDO)
-        if step is None or step.cause or self._interrupted:
-            return None
-        return step if step.intended == key and _continues(step.last, now, since) else None
-
-
-def _continues(last: float, now: float, since: float | None) -> bool:
-    """Return whether a write continues the previous one: soon after it, or within one interaction."""
-    return now - last < STEP_PAUSE or (since is not None and last >= since)
-
-
-# -- the journal ---------------------------------------------------------------------------------
 MOST_CHANGES = 2000
 "Most changes kept in the log."
 
@@ -227,7 +46,7 @@ class ChangeJournal:
         self._log: OrderedDict[int, Change] = OrderedDict()
         self._latest: dict[SettingKey | Origin, tuple[int, float]] = {}
         "Number and time of the operator's last change, and of the last change of each setting by others."
-        self._history = _UndoHistory()
+        self._history = UndoHistory()
         self._clock = clock
         self._time_of_day = time_of_day
         self._count = 0
@@ -239,7 +58,6 @@ class ChangeJournal:
         "Values that the last undone or redone steps could not restore."
         self._lock = threading.RLock()
 
-    # -- the record ------------------------------------------------------------------------------
     @property
     def changes(self) -> tuple[Change, ...]:
         """The recorded changes, the oldest first."""
@@ -257,7 +75,6 @@ class ChangeJournal:
             self._log.clear()
             self._latest.clear()
 
-    # -- recording -------------------------------------------------------------------------------
     def wrote(
         self,
         written: Sequence[ValueChange],
@@ -322,7 +139,6 @@ class ChangeJournal:
             with self._lock:
                 self._step = outer
 
-    # -- undoing ---------------------------------------------------------------------------------
     @contextmanager
     def reverting(self, direction: Direction) -> Iterator[Step | None]:
         """Yield the step to undo or redo, if any; writes within the block form no step of their own.
@@ -353,7 +169,6 @@ class ChangeJournal:
         with self._lock:
             self._owed = (direction, values)
 
-    # -- the log, under the lock -----------------------------------------------------------------
     def _enter(
         self,
         key: SettingKey,
@@ -369,7 +184,7 @@ class ChangeJournal:
         last = self._log.get(number)
         cause = self._cause if origin is Origin.OPERATOR else ""
         same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
-        if last is not None and same and _continues(moment, now, since):
+        if last is not None and same and continues(moment, now, since):
             change = replace(last, after=after)
             if not change.effective:
                 del self._log[number], self._latest[author]

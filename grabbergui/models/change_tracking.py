@@ -17,9 +17,11 @@ from grabbergui.core.settle import instances_of, settle
 from grabbergui.core.sfnc import PLAYBACK_POSITION, is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.core.shell_words import shell_line
-from grabbergui.models.change_journal import Change, ChangeJournal, Direction, Origin
+from grabbergui.models.change import Change, Origin
+from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.language import translate
+from grabbergui.models.undo_steps import Direction
 
 log = logging.getLogger(__name__)
 

@@ -15,8 +15,9 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
-from grabbergui.models.messages import Cause, LinkMessages, MessageModel
+from grabbergui.models.messages import Cause, MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.source_messages import LinkMessages
 
 CLOSE_PATIENCE = 10.0
 "Seconds to wait for a camera to close before it is opened again under another URI."
@@ -91,7 +92,6 @@ class Connection:
         """All sources that are open or being opened, in the order of opening."""
         return self._sources
 
-    # -- opening ---------------------------------------------------------------------------------
     def connect_to(self, uri: str, *, start: bool = True) -> None:
         """Open a source in place of the current one and `start` it; make a background source current.
 
@@ -188,7 +188,6 @@ class Connection:
             lambda: self._open(source), done=lambda _: self._opened(source, start), failed=failed
         )
 
-    # -- switching, starting, closing ------------------------------------------------------------
     def make_current(self, source: OpenSource) -> None:
         """Make another of the open sources the current one."""
         with self._switching:
@@ -251,7 +250,6 @@ class Connection:
             self._leaving = [source for source in self._leaving if source not in ended]
         return len(ended) == len(leaving)
 
-    # -- on the source's own thread --------------------------------------------------------------
     def _open(self, source: OpenSource) -> None:
         if source.abandoned.is_set():
             return
@@ -320,7 +318,6 @@ class Connection:
 
         source.worker.submit(job, done=done, failed=failed)
 
-    # -- any thread ------------------------------------------------------------------------------
     def _on_grabber_connection_changed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
         if state is ConnectionState.LOST and (source.state, source.reason) != (LinkState.LOST, reason):
             if source.lost_since is None:  # otherwise the same loss has a new reason

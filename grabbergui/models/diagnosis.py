@@ -14,7 +14,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import Role, frame_period
-from grabbergui.models.features.numbers import quantity_text
+from grabbergui.models.features.number_text import quantity_text
 from grabbergui.models.language import counted, driver_text, localized, translate
 
 WINDOW = 5.0

@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import Feature
-from grabbergui.models.features.shown import access_text, range_text
+from grabbergui.models.features.feature_text import access_text, range_text
 from grabbergui.models.language import driver_text, is_translated, translate
 
 MOST_PROBLEMS = 3

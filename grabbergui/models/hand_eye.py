@@ -23,7 +23,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.calibrating import Preview
 from grabbergui.models.hand_eye_text import ended_text, progress_text
-from grabbergui.models.image.rendering import DisplaySettings, render
+from grabbergui.models.image.display_settings import DisplaySettings
+from grabbergui.models.image.rendering import render
 from grabbergui.models.language import driver_text, translate
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.hand_eye_run import VIEWS, HandEyeRun, Progress, Step, watched
@@ -118,7 +119,6 @@ class HandEyeModel:
         self._before: CameraPlace | None = None
         self._in_use = False
 
-    # -- any thread ------------------------------------------------------------------------------
     @property
     def running(self) -> bool:
         """Whether the robot may move, or a result is being computed."""
@@ -241,7 +241,6 @@ class HandEyeModel:
 
         self._jobs.put(change)
 
-    # -- the model's own thread ------------------------------------------------------------------
     def _work(self) -> None:
         while (job := self._jobs.get()) is not None:
             try:
@@ -333,7 +332,6 @@ class HandEyeModel:
         text = progress_text(progress)
         self.happened.emit(Happened(seconds, progress.step, text, views, wanted, remaining))
 
-    # -- the watch's thread ----------------------------------------------------------------------
     def _on_seen(self, frame: Frame, found: MarkerDetection | None) -> None:
         now = self._seen_at = time.monotonic()
         if self._offer is not None and now - self._offered < TAKE_WAIT:

@@ -1,28 +1,18 @@
-"""Messages of the window, each about a source, with its cause and its end; the program's log.
-
-`LinkMessages` posts those about the connection to a source: lost, back, read-only, or refusing a request.
-"""
+"""Messages of the window, each about a source, with its cause and its end."""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from pathlib import Path
 
 from psygnal import Signal
 
-from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, TransportError
-from grabbergui.core.grabber import Access
 from grabbergui.core.visible_text import shortened
-from grabbergui.models.error_text import error_text, lost_text, returned_text
-from grabbergui.models.language import localized, translate
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import OpenSource
 
 log = logging.getLogger(__name__)
 
@@ -193,193 +183,3 @@ class MessageModel:
                 return
             self._messages = kept
         self.changed.emit()
-
-
-# -- messages about one source -------------------------------------------------------------------
-class CurrentMessages:
-    """Posts messages about the source that is the current one at that moment. Any thread."""
-
-    def __init__(self, model: MessageModel, current: Callable[[], OpenSource | None]) -> None:
-        self._model = model
-        self._current = current
-
-    def error(self, text: str) -> None:
-        """Report that one action failed."""
-        self._model.error(text, self._current())
-
-    def notice(self, text: str) -> None:
-        """Report for a moment that something was done."""
-        self._model.notice(text, self._current())
-
-    @contextmanager
-    def saving(self, path: Path, done: str) -> Iterator[None]:
-        """Report that the block wrote a file (`done`, with the path for `{0}`), or why it could not."""
-        try:
-            yield
-        except OSError as error:
-            text = translate("Messages", "{0} could not be written: {1}")
-            self.error(text.format(path, error.strerror or error))
-        except GrabberError as error:
-            self.error(error_text(error))
-        else:
-            self.notice(done.format(path))
-
-
-BACK_SECONDS = 10.0
-"Seconds for which the message stays that a source is back or failed to answer once."
-
-
-class LinkMessages:
-    """Posts messages about the connections of open sources. Any thread.
-
-    Not logged here: sources log their losses and returns themselves, with or without a window.
-    """
-
-    def __init__(self, messages: MessageModel) -> None:
-        self.model = messages
-
-    def lost(self, source: OpenSource, reason: str) -> str:
-        """Post that a source no longer answers; return the text."""
-        text = translate("Connection", "reconnecting since {0}: {1}")
-        passed = time.monotonic() - source.lost_since if source.lost_since is not None else 0.0
-        since = time.strftime("%H:%M:%S", time.localtime(time.time() - passed))
-        text = text.format(since, lost_text(source.title, reason))
-        self.model.end(source, Cause.LINK)  # show it even if the user dismissed the previous one
-        lost = Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses)
-        self.model.post(lost, logged=True)
-        return text
-
-    def back(self, source: OpenSource, seconds: float, reason: str) -> None:
-        """Post that a source answers again after `seconds`, and list the settings that differ."""
-        text = translate("Connection", "back after {0} s").format(localized(f"{seconds:.{seconds < 1:d}f}"))
-        unlike = source.grabber.unlike_before if source.grabber is not None else ()
-        changed = source.grabber.changed_meanwhile if source.grabber is not None else ()
-        if reason:
-            text = f"{text}, {returned_text(unlike, changed)}"
-        differs = bool(unlike or changed)
-        severity = Severity.WARNING if differs else Severity.NOTICE
-        message = Message(text, severity, source, Cause.LINK, count=source.losses)
-        self.model.end(source, Cause.LINK)
-        # Differences stay until the user dismisses them.
-        self.model.post(message, seconds=None if differs else BACK_SECONDS, logged=True)
-
-    def ready(self, source: OpenSource, take_control: Callable[[], None]) -> None:
-        """Post that a source is open for reading only, if so, and offer to take control."""
-        if not source.read_only:
-            return
-        reason, _, _ = source.read_only.partition(";")  # the button offers the remedy
-        text = translate("Connection", "read only: {0}; values follow here but cannot be changed")
-        if source.access is Access.TAKE_OVER and source.held:
-            text = translate("Connection", "control was not given: {0}; still read only")
-        offer = Offer(translate("Connection", "Take control"), take_control)
-        self.model.post(Message(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,)))
-
-    def took_control(self, source: OpenSource) -> None:
-        """Post that this window now controls a source that it could only read before."""
-        text = translate("Connection", "this window has control now: values can be changed")
-        self.model.notice(text, source)
-
-    def feature_failed(self, source: OpenSource, error: GrabberError) -> None:
-        """Post that a write, command or read failed, unless the source is lost, which is posted already."""
-        if isinstance(error, DeviceLostError):
-            return
-        feature = None
-        if isinstance(error, FeatureError) and source.features is not None:
-            feature = source.features.feature(error.feature)
-        text = error_text(error, feature=feature)
-        if not isinstance(error, TransportError):
-            self.model.error(text, source)
-        elif source.state is not LinkState.LOST:
-            self.model.post(Message(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
-
-    def not_opened(self, text: str, *, lasting: bool) -> None:
-        """Post that a source could not be opened; with `lasting`, until the next attempt."""
-        seconds = None if lasting else ERROR_SECONDS
-        self.model.post(Message(text, Severity.ERROR, cause=Cause.OPENING), seconds=seconds)
-
-
-# -- the log -------------------------------------------------------------------------------------
-MOST_LOG_LINES = 2000
-"Most entries kept; the oldest are dropped."
-
-
-@dataclass(frozen=True)
-class LogLine:
-    """One entry of the log."""
-
-    time: float
-    "Seconds since the epoch."
-    level: int
-    "The level's number in `logging`."
-    origin: str
-    "The logger's name."
-    text: str
-
-
-class LogBook(logging.Handler):
-    """Keeps the last log entries of all threads between `open` and `close`."""
-
-    added = Signal(LogLine)
-    """A new entry; emitted on the thread that logged."""
-
-    def __init__(self, most: int = MOST_LOG_LINES) -> None:
-        super().__init__(logging.INFO)
-        self._lines: deque[LogLine] = deque(maxlen=most)
-        self._emitting = threading.local()
-        self._logger: logging.Logger | None = None
-        self._levels_before: list[tuple[logging.Logger | logging.Handler, int]] = []
-
-    @property
-    def lines(self) -> tuple[LogLine, ...]:
-        """The stored entries, the oldest first."""
-        self.acquire()
-        try:
-            return tuple(self._lines)
-        finally:
-            self.release()
-
-    def open(self, logger: logging.Logger | None = None) -> None:
-        """Begin to listen to a logger, by default the root, at this handler's level."""
-        self._logger = logger = logger or logging.getLogger()
-        self._levels_before = [(logger, logger.level), *((h, h.level) for h in logger.handlers)]
-        for handler in logger.handlers:
-            # Other handlers print no more than before, although the logger now passes more.
-            handler.setLevel(max(handler.level, logger.level))
-        logger.setLevel(min(logger.level or logging.WARNING, self.level))
-        logger.addHandler(self)
-
-    def close(self) -> None:
-        """Stop listening. May be called twice."""
-        if self._logger is not None:
-            self._logger.removeHandler(self)
-            self._logger = None
-        for changed, level in self._levels_before:
-            changed.setLevel(level)
-        self._levels_before = []
-        super().close()
-
-    def clear(self) -> None:
-        """Remove all entries."""
-        self.acquire()
-        try:
-            self._lines.clear()
-        finally:
-            self.release()
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Keep an entry. If a listener of `added` logs, that entry is kept without a signal."""
-        try:
-            line = LogLine(record.created, record.levelno, record.name, self.format(record))
-        except Exception:
-            self.handleError(record)
-            return
-        self._lines.append(line)
-        if not getattr(self._emitting, "on", False):
-            self._emitting.on = True
-            try:
-                self.added.emit(line)
-            except Exception:
-                # A failing listener must not disturb the code that logs.
-                self.handleError(record)
-            finally:
-                self._emitting.on = False

@@ -20,24 +20,17 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_ONCE, Role, microseconds, regulating
-from grabbergui.models.change_journal import Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
-from grabbergui.models.features.numbers import number_text
-from grabbergui.models.features.shown import value_text
+from grabbergui.models.features.feature_text import value_text
+from grabbergui.models.features.number_text import number_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import localized, translate
-from grabbergui.models.tuning import (
-    Law,
-    Light,
-    TuningCancelledError,
-    TuningError,
-    TuningParameter,
-    TuningRun,
-    automatic_once,
-    light_factor,
-    switch_to_manual,
-)
+from grabbergui.models.light import Light
+from grabbergui.models.parameter_search import Law, light_factor
+from grabbergui.models.tuning import TuningCancelledError, TuningError, TuningRun
+from grabbergui.models.tuning_parameter import TuningParameter, automatic_once, switch_to_manual
+from grabbergui.models.undo_steps import Step
 
 log = logging.getLogger(__name__)
 

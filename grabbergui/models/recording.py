@@ -1,22 +1,16 @@
-"""Recordings of open sources, the history of a stream's last frames, and playback of a recording."""
+"""Recordings of open sources."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections import deque
-from dataclasses import dataclass, fields
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 
 from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.features import FeatureValue
-from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted, translate
@@ -33,7 +27,6 @@ from grabbergui.recording.recorder import (
 )
 
 
-# -- recording -----------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class SourceRecording:
     """State of a source's recording, also after its end until the next one begins."""
@@ -208,190 +201,3 @@ def _ended_text(progress: RecordingProgress) -> str:
             translate("Recording", "; {0} frames recorded by then are kept"),
         )
     return text + translate("Recording", "; nothing was recorded")
-
-
-# -- history -------------------------------------------------------------------------------------
-HISTORY_FRAMES = 100
-HISTORY_BYTES = 256 * 1024 * 1024
-"Most bytes of all frames together: 51 frames of five megapixels, or 100 of two and a half."
-FRAME_WAIT = 0.2
-"Seconds that the history's thread waits for a frame before it checks whether it should end."
-
-
-class FrameHistory:
-    """Keeps copies of the last frames; the buffers themselves must return to the stream. Any thread."""
-
-    def __init__(self, most_frames: int = HISTORY_FRAMES, most_bytes: int = HISTORY_BYTES) -> None:
-        self._most_frames, self._most_bytes = most_frames, most_bytes
-        self._frames: deque[Frame] = deque()
-        self._bytes = 0
-        self._paused = False
-        self._sink: FrameSink | None = None
-        self._lock = threading.Lock()
-
-    @property
-    def frames(self) -> tuple[Frame, ...]:
-        """The stored frames, the oldest first."""
-        with self._lock:
-            return tuple(self._frames)
-
-    @property
-    def paused(self) -> bool:
-        """Whether the history is frozen."""
-        return self._paused
-
-    def pause(self, paused: bool) -> None:
-        """Freeze the history, or continue it with the frames that arrive from now on."""
-        with self._lock:
-            self._paused = paused
-
-    def attach(self, grabber: FrameGrabber) -> None:
-        """Keep this source's frames, and forget those of the previous one."""
-        self.detach()
-        frames: deque[Frame] = deque()
-        with self._lock:
-            self._frames, self._bytes, self._paused = frames, 0, False
-
-        def consume(frame: Frame) -> None:
-            self._add(frame, frames)
-
-        self._sink = FrameSink(grabber, consume, name="history", depth=4, wait=FRAME_WAIT)
-        self._sink.start()
-
-    def detach(self, timeout: float = 0.0) -> bool:
-        """Stop; return whether the thread ended within `timeout` seconds. May be called again."""
-        return self._sink is None or self._sink.stop(timeout)
-
-    def add(self, frame: Frame) -> None:
-        """Keep a copy of a frame, unless paused, and drop the oldest frames beyond the limits."""
-        self._add(frame, self._frames)
-
-    def _add(self, frame: Frame, frames: deque[Frame]) -> None:
-        size = frame.nbytes
-        if self._paused or size > self._most_bytes:
-            return
-        copy = frame.detached()
-        with self._lock:
-            if self._paused or frames is not self._frames:  # another source was attached while copying
-                return
-            while frames and (len(frames) >= self._most_frames or self._bytes + size > self._most_bytes):
-                self._bytes -= frames.popleft().nbytes
-            frames.append(copy)
-            self._bytes += size
-
-
-# -- playback ------------------------------------------------------------------------------------
-_PLAYBACK_FEATURES = {
-    "playing": "PlaybackActive",
-    "position": PLAYBACK_POSITION,
-    "frames": "PlaybackFrameCount",
-    "time": "PlaybackTime",
-    "duration": "PlaybackDuration",
-    "speed": "PlaybackSpeed",
-    "loop": "PlaybackLoop",
-}
-
-
-@dataclass(frozen=True)
-class PlaybackState:
-    """State of a recording in playback."""
-
-    playing: bool = False
-    position: int = 0
-    "Index of the frame shown, from 0."
-    frames: int = 1
-    time: float = 0.0
-    "Seconds from the first frame to the one shown."
-    duration: float = 0.0
-    "Seconds from the first frame to the last."
-    speed: float = 1.0
-    "Multiple of the recorded speed."
-    loop: bool = True
-
-
-def is_recording(grabber: FrameGrabber) -> bool:
-    """Return whether a source is a recording."""
-    return all(grabber.has_feature(name) for name in _PLAYBACK_FEATURES.values())
-
-
-class PlaybackModel:
-    """Follows and controls an open source that is a recording.
-
-    No call waits; signals come from the source's thread. Writes bypass the change tracking, because playback
-    is nothing to undo.
-    """
-
-    changed = Signal(PlaybackState)
-    failed = Signal(GrabberError)
-
-    def __init__(self, source: OpenSource) -> None:
-        assert source.grabber is not None
-        self._source = source
-        self._grabber = source.grabber
-        self._state = PlaybackState()
-        self._grabber.features_changed.connect(self._on_grabber_features_changed)
-        self._look()
-
-    @property
-    def state(self) -> PlaybackState:
-        """The last known state."""
-        return self._state
-
-    def close(self) -> None:
-        """Stop following the source."""
-        self._grabber.features_changed.disconnect(self._on_grabber_features_changed, missing_ok=True)
-
-    def play(self, playing: bool) -> None:
-        """Play, or pause."""
-        self._set("playing", playing)
-
-    def go_to(self, position: int) -> None:
-        """Show the frame at this position, or the nearest one."""
-        self._set("position", min(max(position, 0), self._state.frames - 1))
-
-    def step(self, steps: int) -> None:
-        """Pause, and move by a number of frames."""
-        self.play(False)
-        self._source.worker.submit(partial(self._step, steps), failed=self.failed.emit)
-
-    def set_speed(self, speed: float) -> None:
-        """Set the speed as a multiple of the recorded one."""
-        self._set("speed", speed)
-
-    def set_loop(self, loop: bool) -> None:
-        """Set whether playback starts over at the end."""
-        self._set("loop", loop)
-
-    # -- on the source's thread ------------------------------------------------------------------
-    def _step(self, steps: int) -> None:
-        position = self._grabber.feature(_PLAYBACK_FEATURES["position"])
-        if isinstance(position.value, int) and position.maximum is not None:
-            wanted = min(max(position.value + steps, 0), int(position.maximum))
-            self._grabber.write_feature(position.name, wanted)
-
-    def _read(self) -> PlaybackState:
-        return PlaybackState(
-            **{f.name: self._grabber.feature(_PLAYBACK_FEATURES[f.name]).value for f in fields(PlaybackState)}  # type: ignore[arg-type]
-        )
-
-    def _publish(self, state: PlaybackState) -> None:
-        if state != self._state:
-            self._state = state
-            self.changed.emit(state)
-
-    # -- any thread ------------------------------------------------------------------------------
-    def _set(self, attribute: str, value: FeatureValue) -> None:
-        name = _PLAYBACK_FEATURES[attribute]
-        self._source.worker.submit(
-            lambda: self._grabber.write_feature(name, value),
-            key=f"playback {name}",
-            done=lambda _: self._look(),
-            failed=self.failed.emit,
-        )
-
-    def _look(self) -> None:
-        self._source.worker.submit(self._read, key="playback", done=self._publish)
-
-    def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
-        if not names.isdisjoint(_PLAYBACK_FEATURES.values()):
-            self._look()

@@ -147,7 +147,6 @@ class RunnerServer:
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._runner.failed.disconnect(self._on_failed, missing_ok=True)
 
-    # -- the loop's thread -----------------------------------------------------------------------
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
         if frame is not None:
             self._frame = frame
@@ -157,7 +156,6 @@ class RunnerServer:
     def _on_failed(self, reason: str) -> None:
         self._failures.append(reason)
 
-    # -- reports ---------------------------------------------------------------------------------
     def _send(self) -> None:
         try:
             while not self.closed.wait(PERIOD):
@@ -199,7 +197,6 @@ class RunnerServer:
             log.error("%s: the robot is stopped", NOT_ANSWERING)
         self._not_answering = silent
 
-    # -- requests --------------------------------------------------------------------------------
     def _receive(self) -> None:
         while (request := read(self._from)) is not None:
             self._last_heartbeat, self.shown = time.monotonic(), True
@@ -302,7 +299,6 @@ class RunnerProxy:
         except (OSError, ValueError):
             log.debug("the loop has closed its pipe")
 
-    # -- the reports' thread ---------------------------------------------------------------------
     def _receive(self) -> None:
         report, self._first = self._first, None
         while report is not None:

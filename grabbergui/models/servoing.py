@@ -18,7 +18,8 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.image.rendering import DisplaySettings, render
+from grabbergui.models.image.display_settings import DisplaySettings
+from grabbergui.models.image.rendering import render
 from grabbergui.models.language import translate
 from grabbergui.models.servo_proxy import Run
 from grabbergui.servo import overlay
@@ -193,7 +194,6 @@ class ServoModel:
         self._taken.set()
         return offer
 
-    # -- loop thread -----------------------------------------------------------------------------
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
         self._newest = self._runner.loop.moment(cycle)
         if frame is not None:
@@ -219,7 +219,6 @@ class ServoModel:
             self._entries.append(entry)
             return entry
 
-    # -- display thread --------------------------------------------------------------------------
     def _show(self) -> None:
         while self._open:
             began = time.monotonic()

@@ -40,7 +40,7 @@ from grabbergui.driver.twin.report_file import (
     FrameRecord,
     PacketTest,
 )
-from grabbergui.models.messages import LogBook
+from grabbergui.models.log_book import LogBook
 from grabbergui.report import computer
 
 log = logging.getLogger(__name__)

@@ -22,7 +22,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, frame_wait
 from grabbergui.core.visible_text import visible
-from grabbergui.models.features.numbers import typed_value
+from grabbergui.models.features.number_input import typed_value
 from grabbergui.models.settings import feature_set, files
 from grabbergui.models.settings.loading import load_onto
 from grabbergui.recording import snapshot
@@ -127,7 +127,6 @@ class Interpreter:
             raise UsageError(f"write `{name} {command.arguments}`") from None
         return "\n".join(map(visible, command.run(*words[1:])))
 
-    # -- commands --------------------------------------------------------------------------------
     def _list_features(self, *text: str) -> list[str]:
         wanted = " ".join(text).lower()
         return [

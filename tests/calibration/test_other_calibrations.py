@@ -9,7 +9,8 @@ from grabbergui.calibration.camera_info import CalibrationChoice
 from grabbergui.calibration.markers import located
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.image.rendering import Region, distorted_pixel, undistorted
+from grabbergui.models.image.rendering import Region
+from grabbergui.models.image.undistortion import distorted_pixel, undistorted
 from grabbergui.net.yarp.grabber_values import intrinsics
 
 FISHEYE = """image_width: 640

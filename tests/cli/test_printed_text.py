@@ -12,6 +12,7 @@ import pytest
 from grabbergui import doctor, sources
 from grabbergui.cli import COMMANDS, main
 from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.uri import SourceUri
 from marked_camera import CONTROL, MORE_CONTROL, marked_camera, marked_info
 
 NAME = "N\x1b]0;t\x07\x08\r"
@@ -91,7 +92,7 @@ def hostile(monkeypatch, tmp_path):
     def create(uri):
         if str(uri).startswith(REFUSED):
             raise SourceUnavailableError(f"the peer says {MORE_CONTROL}")
-        return marked_camera(sources.SourceUri.parse(str(uri)), CONTROL, NAME)
+        return marked_camera(SourceUri.parse(str(uri)), CONTROL, NAME)
 
     monkeypatch.setattr(sources, "create", create)
     monkeypatch.setattr(sources, "discover", lambda *_: [marked_info(MORE_CONTROL, f"sim:{MORE_CONTROL}")])

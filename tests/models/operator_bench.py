@@ -1,7 +1,9 @@
 """A camera with an operator at work on it."""
 
-from grabbergui.models.change_journal import STEP_PAUSE, ChangeJournal, Direction, Origin
+from grabbergui.models.change import Origin
+from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, revert
+from grabbergui.models.undo_steps import STEP_PAUSE, Direction
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
 OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK

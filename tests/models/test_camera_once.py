@@ -3,9 +3,9 @@
 import pytest
 
 from grabbergui.core.sfnc import Role
-from grabbergui.models.change_journal import Direction
 from grabbergui.models.change_tracking import revert
 from grabbergui.models.one_push import has_once, let_camera
+from grabbergui.models.undo_steps import Direction
 
 
 def test_the_simulated_cameras_own_once(stage_on_sim):

@@ -21,7 +21,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.models import language
 from grabbergui.models.error_text import error_text, held_text, lost_text
-from grabbergui.models.features.shown import access_text, range_text
+from grabbergui.models.features.feature_text import access_text, range_text
 from grabbergui.models.language import set_translator
 
 WIDTH = Feature(name="Width", kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=64, minimum=16,

@@ -3,9 +3,9 @@
 import pytest
 from tuning_stage import REGION, on
 
-from grabbergui.models.change_journal import Direction
 from grabbergui.models.change_tracking import revert
 from grabbergui.models.one_push import EXPOSURE_STEPS, EXPOSURE_TOLERANCE, balance, expose
+from grabbergui.models.undo_steps import Direction
 from patience import Stopwatch, allowance, until
 
 

@@ -5,7 +5,7 @@ import numpy as np
 
 from fakes import ScriptedGrabber
 from frames import frame_of
-from grabbergui.models.recording import FrameHistory
+from grabbergui.models.frame_history import FrameHistory
 from patience import PATIENCE
 
 

@@ -8,7 +8,7 @@ from operator_bench import CAMERA, NETWORK, OPERATOR, UNDO, Bench
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.settings import SettingKey
 from grabbergui.models import change_journal
-from grabbergui.models.change_journal import MOST_STEPS, STEP_PAUSE
+from grabbergui.models.undo_steps import MOST_STEPS, STEP_PAUSE
 
 
 def test_a_write_is_noted_with_its_time_and_both_values(operator):

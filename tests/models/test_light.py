@@ -5,7 +5,7 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.pixels import Region
-from grabbergui.models.tuning import measure_light
+from grabbergui.models.light import measure_light
 
 
 @pytest.mark.parametrize(("name", "dtype", "white"), [("Mono8", np.uint8, 255), ("Mono12", np.uint16, 4095)])

@@ -3,7 +3,7 @@ import logging
 
 import pytest
 
-from grabbergui.models.messages import LogBook
+from grabbergui.models.log_book import LogBook
 
 
 @pytest.fixture

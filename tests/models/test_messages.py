@@ -11,12 +11,12 @@ from grabbergui.models.messages import (
     MOST_MESSAGES,
     NOTICE_SECONDS,
     Cause,
-    CurrentMessages,
     Message,
     MessageModel,
     Severity,
 )
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.source_messages import CurrentMessages
 
 
 class Stage:

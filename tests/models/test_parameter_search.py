@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.models.tuning import Law, ParameterSearch, light_factor
+from grabbergui.models.parameter_search import Law, ParameterSearch, light_factor
 
 
 @given(

@@ -7,10 +7,10 @@ from operator_bench import REDO, UNDO
 
 from grabbergui.core.errors import DeviceLostError, FeatureError
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.change_journal import Step
 from grabbergui.models.language import set_translator
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import load_onto
+from grabbergui.models.undo_steps import Step
 from patience import PATIENCE
 
 

@@ -9,8 +9,8 @@ from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutEr
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.sfnc import FRAME_WAIT, Role
 from grabbergui.models import tuning
-from grabbergui.models.change_journal import Direction, Step
 from grabbergui.models.one_push import EXPOSURE_STEPS, expose, let_camera
+from grabbergui.models.undo_steps import Direction, Step
 from patience import PATIENCE
 
 

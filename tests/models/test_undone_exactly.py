@@ -7,8 +7,8 @@ import pytest
 from operator_bench import UNDO, Bench
 
 from grabbergui import sources
-from grabbergui.models.change_journal import MOST_STEPS
 from grabbergui.models.settings.feature_set import capture
+from grabbergui.models.undo_steps import MOST_STEPS
 from random_settings import any_write, differences
 
 ROUNDS = int(os.environ.get("GRABBERGUI_UNDO_ROUNDS", "2"))

@@ -13,8 +13,8 @@ from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.light import measure_light
 from grabbergui.models.one_push import OnePush
-from grabbergui.models.tuning import measure_light
 from patience import PATIENCE
 
 REGION = Region(100, 80, 120, 100)

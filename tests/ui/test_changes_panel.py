@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.change_journal import Change, Origin
+from grabbergui.models.change import Change, Origin
 from grabbergui.ui.views.changes_panel import ChangesPanel
 
 

@@ -10,9 +10,10 @@ from PyQt5.QtWidgets import QAction
 
 import grabbergui.ui.controllers
 from grabbergui.models.connection import Connection
+from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.messages import CurrentMessages, MessageModel, Severity
-from grabbergui.models.recording import FrameHistory
+from grabbergui.models.messages import MessageModel, Severity
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
 from grabbergui.ui.controllers.tuning import RegionController

@@ -12,8 +12,9 @@ import grabbergui.ui.views
 from grabbergui.core.environment import MANUAL
 from grabbergui.core.settings import SettingKey
 from grabbergui.doctor import Finding, Level
-from grabbergui.models.settings.feature_set import Difference, FeatureSet, UserSet
+from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
+from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui import windows
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog

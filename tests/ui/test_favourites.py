@@ -7,8 +7,7 @@ from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMou
 from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.features import shown
-from grabbergui.models.features.shown import MOST_PINNED
+from grabbergui.models.features.pinned import MOST_PINNED, moved, placed, without
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.application import Preferences, camera_model
 from grabbergui.ui.views.favourites import CARD_WIDTH, LINE_HEIGHT, FavouritesStrip
@@ -23,17 +22,17 @@ USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
      ("A", 2, "BAC"), ("A", 3, "BCA"), ("A", 0, "ABC"), ("A", 1, "ABC"), ("C", 0, "CAB"), ("B", 3, "ACB")],
 )  # fmt: skip
 def test_a_name_is_placed_before_the_one_it_was_dropped_on(name, index, order):
-    assert shown.placed(tuple("ABC"), name, index) == tuple(order)
+    assert placed(tuple("ABC"), name, index) == tuple(order)
 
 
 def test_names_are_moved_and_removed():
-    assert shown.moved(tuple("ABC"), "A", 1) == tuple("BAC")
-    assert shown.moved(tuple("ABC"), "A", -1) == tuple("ABC")
-    assert shown.moved(tuple("ABC"), "X", 1) == tuple("ABC")
-    assert shown.without(tuple("ABC"), "B") == tuple("AC")
+    assert moved(tuple("ABC"), "A", 1) == tuple("BAC")
+    assert moved(tuple("ABC"), "A", -1) == tuple("ABC")
+    assert moved(tuple("ABC"), "X", 1) == tuple("ABC")
+    assert without(tuple("ABC"), "B") == tuple("AC")
     full = tuple(f"F{n}" for n in range(MOST_PINNED))
-    assert shown.placed(full, "X", 0) == full
-    assert shown.placed(full, "F3", 0)[0] == "F3"
+    assert placed(full, "X", 0) == full
+    assert placed(full, "F3", 0)[0] == "F3"
 
 
 # -- in the window -----------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import Region
-from grabbergui.models.tuning import measure_light
+from grabbergui.models.light import measure_light
 
 
 @pytest.fixture

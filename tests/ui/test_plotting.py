@@ -9,8 +9,8 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import DeviceLostError
-from grabbergui.models.features import worker
-from grabbergui.models.features.worker import MOST_WATCHED
+from grabbergui.models.features import value_history
+from grabbergui.models.features.value_history import MOST_WATCHED
 from grabbergui.models.open_source import LinkState
 
 
@@ -126,7 +126,7 @@ def test_curves_break_where_another_open_camera_is_made_the_current_one(app):
 def test_curves_break_while_the_camera_does_not_answer(app, monkeypatch):
     choose(app, "Gain", "Plot over time")
     app.until(lambda: len(curve(app, "Gain")) >= 2)
-    monkeypatch.setattr(worker, "RETRY_PERIOD", 0.02)
+    monkeypatch.setattr(value_history, "RETRY_PERIOD", 0.02)
     read = app.grabber.feature
 
     def silent(name):

@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QApplication, QWidget
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.recording import PlaybackState
+from grabbergui.models.playback import PlaybackState
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import create_writer
 from grabbergui.ui.theme import Theme, dress

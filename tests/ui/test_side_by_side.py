@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QApplication, QWidget
 from grabbergui import sources
 from grabbergui.core.pixels import Region
 from grabbergui.models.image.components import MOST_BESIDE, beside
-from grabbergui.models.image.rendering import scaled_region
+from grabbergui.models.image.orientation import scaled_region
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer

@@ -9,7 +9,8 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
+from grabbergui.models.change import Change, Origin
+from grabbergui.models.change_journal import MOST_CHANGES
 from grabbergui.ui.views.changes_panel import ChangeTable
 from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.image_canvas import Purpose

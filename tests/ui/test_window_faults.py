@@ -13,8 +13,9 @@ from grabbergui import sources
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults, PacketFaults
-from grabbergui.models.messages import BACK_SECONDS, ERROR_SECONDS
+from grabbergui.models.messages import ERROR_SECONDS
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.source_messages import BACK_SECONDS
 from grabbergui.models.status import Tone
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer

@@ -26,7 +26,8 @@ from grabbergui.core.features import (
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FAVOURITES
-from grabbergui.models.features.worker import FeatureWorker, WriteThrottle
+from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.features.write_throttle import WriteThrottle
 
 log = logging.getLogger(__name__)
 
@@ -109,7 +110,6 @@ class FeatureTreeModel:
             for name in self._throttle.waiting():
                 self._submit_write(name, self._values[name], 0.0)
 
-    # -- known features --------------------------------------------------------------------------
     @property
     def known(self) -> tuple[Feature, ...]:
         """Every feature read so far, in its last known state."""
@@ -124,7 +124,6 @@ class FeatureTreeModel:
         """Return the constant properties of a feature; None if the camera does not have it."""
         return self._descriptions.get(name)
 
-    # -- reading ---------------------------------------------------------------------------------
     def request(self, names: Iterable[str]) -> None:
         """Read these features; `feature_changed` follows for each, whether it changed or not."""
         self._want(names, always=True)
@@ -150,7 +149,6 @@ class FeatureTreeModel:
                 (name for name in followed if name not in self._features or name in self._stale), always=False
             )
 
-    # -- writing ---------------------------------------------------------------------------------
     def write(self, name: str, value: FeatureValue) -> None:
         """Write as soon as possible, each feature at most 60 times a second, in the order of the requests.
 
@@ -202,7 +200,6 @@ class FeatureTreeModel:
             feature = self._features[name]
         self.feature_changed.emit(feature)
 
-    # -- on the worker ---------------------------------------------------------------------------
     def _load_anew(self) -> None:
         if self._grabber.feature_tree() == self.root:
             return
@@ -371,7 +368,6 @@ class FeatureTreeModel:
         if not self._closed:
             self.failed.emit(error)
 
-    # -- any thread ------------------------------------------------------------------------------
     def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
         if self._writing == threading.get_ident():
             self._changed_by_write |= names

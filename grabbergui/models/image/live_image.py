@@ -16,9 +16,12 @@ from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.models.error_text import error_text
-from grabbergui.models.image.components import ShownImage, StreamChannels, beside, chosen, own_label
+from grabbergui.models.image.components import ShownImage, beside, chosen, own_label
 from grabbergui.models.image.components import labels as component_labels
-from grabbergui.models.image.rendering import DisplaySettings, render, scaled_region
+from grabbergui.models.image.display_settings import DisplaySettings
+from grabbergui.models.image.orientation import scaled_region
+from grabbergui.models.image.rendering import render
+from grabbergui.models.image.stream_channels import StreamChannels
 from grabbergui.models.language import translate
 
 log = logging.getLogger(__name__)
@@ -190,7 +193,6 @@ class ImageModel:
         """Record that an image has reached the screen."""
         self._painted.add()
 
-    # -- display thread --------------------------------------------------------------------------
     def _show(self, queue: FrameQueue) -> None:
         while not queue.closed:
             try:

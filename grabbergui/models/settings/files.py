@@ -108,7 +108,6 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
     return _from_yaml(text, where)
 
 
-# -- GenICam's persistence format ----------------------------------------------------------------
 def to_persistence(features: FeatureSet) -> str:
     """Return the text of a set in GenICam's persistence format."""
     lines = [
@@ -197,7 +196,6 @@ def _device_of(text: str) -> str:
     return ""
 
 
-# -- YAML ----------------------------------------------------------------------------------------
 def to_yaml(features: FeatureSet) -> str:
     """Return the text of a set as YAML, with the same meaning in versions 1.1 and 1.2."""
     lines = [f"device: {to_json(features.device)}", "features:"]

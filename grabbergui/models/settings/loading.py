@@ -20,8 +20,8 @@ from grabbergui.core.settings import SettingKey, is_number, same_value
 from grabbergui.core.settle import Settled, settle
 from grabbergui.core.sfnc import as_editable, enabler_of, is_on
 from grabbergui.models.error_text import error_text
+from grabbergui.models.features.feature_text import access_text
 from grabbergui.models.features.sensor_region import stream_paused
-from grabbergui.models.features.shown import access_text
 from grabbergui.models.language import translate
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 

@@ -21,8 +21,8 @@ from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge, busy
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ImageView
 from grabbergui.ui.windows import set_available

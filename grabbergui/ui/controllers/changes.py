@@ -15,13 +15,13 @@ from PyQt5.QtWidgets import QAction, QApplication
 from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.change_journal import Direction, Step
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, command_line, program, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.models.settings.feature_set import Progress
+from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.undo_steps import Direction, Step
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions, UndoActions

@@ -14,12 +14,11 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, role_of
 from grabbergui.core.shell_words import shell_word
 from grabbergui.models.connection import Connection
-from grabbergui.models.features import shown
-from grabbergui.models.features.shown import controlled_by
+from grabbergui.models.features.pinned import MOST_PINNED, controlled_by, moved, placed, without
 from grabbergui.models.features.tree import FeatureTreeModel
-from grabbergui.models.features.worker import PLOTTABLE
-from grabbergui.models.messages import CurrentMessages
+from grabbergui.models.features.value_history import PLOTTABLE
 from grabbergui.models.open_source import Lack
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.application import LAYOUT_VERSION, Preferences, camera_model
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer
@@ -209,11 +208,11 @@ class FavouritesController(QObject):
 
     def place(self, name: str, index: int) -> None:
         """Pin a feature before the one at `index`."""
-        if name not in self.names and len(self.names) >= shown.MOST_PINNED:
+        if name not in self.names and len(self.names) >= MOST_PINNED:
             text = self.tr("no more than {0} controls can be pinned; unpin one first")
-            self._messages.error(text.format(shown.MOST_PINNED))
+            self._messages.error(text.format(MOST_PINNED))
             return
-        self._change(lambda names: shown.placed(names, name, index))
+        self._change(lambda names: placed(names, name, index))
 
     def add(self, name: str) -> None:
         """Pin a feature after the others."""
@@ -221,11 +220,11 @@ class FavouritesController(QObject):
 
     def remove(self, name: str) -> None:
         """Unpin a feature."""
-        self._change(lambda names: shown.without(names, name))
+        self._change(lambda names: without(names, name))
 
     def move(self, name: str, steps: int) -> None:
         """Move a pinned control by `steps` places."""
-        self._change(lambda names: shown.moved(names, name, steps))
+        self._change(lambda names: moved(names, name, steps))
 
     def reset(self) -> None:
         """Pin the usual controls."""

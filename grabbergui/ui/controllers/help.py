@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
 from grabbergui import doctor
 from grabbergui.core.environment import MANUAL
-from grabbergui.models.messages import LogBook, LogLine
+from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.shown_text import show_explanation
 from grabbergui.ui.views.bases import HelpActions

@@ -12,21 +12,16 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core.calibration import Scan3d
 from grabbergui.core.scan3d import may_change, range_image, read_scan3d
 from grabbergui.models.connection import Connection
-from grabbergui.models.image.components import (
-    CameraWatch,
-    ShownImage,
-    beside_text,
-    cursor_text,
-    is_polarised,
-    value_at_text,
-    value_texts,
-)
+from grabbergui.models.image.camera_watch import CameraWatch, is_polarised
+from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.display_settings import with_levels
 from grabbergui.models.image.live_image import ImageModel
+from grabbergui.models.image.orientation import Orientation
+from grabbergui.models.image.pixel_text import beside_text, cursor_text, value_at_text, value_texts
 from grabbergui.models.image.points import PointCloudModel
 from grabbergui.models.image.quantities import Levels, PolarisedView
-from grabbergui.models.image.rendering import Orientation, with_levels
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.application import Preferences

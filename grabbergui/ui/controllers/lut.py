@@ -28,9 +28,9 @@ from grabbergui.core.lookup_table import (
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import Lack
 from grabbergui.models.settings.feature_set import Progress
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import LutDialog

@@ -15,13 +15,13 @@ from grabbergui.core.features import FeatureDescription
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.connection import Connection
-from grabbergui.models.features.worker import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
+from grabbergui.models.features.value_history import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.image.rendering import Orientation
+from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import Dock, FileQuestions, ImageView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel

@@ -12,10 +12,12 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource, lack_of
-from grabbergui.models.recording import FrameHistory, PlaybackModel, PlaybackState, Recordings, is_recording
+from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
+from grabbergui.models.recording import Recordings
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.application import Preferences

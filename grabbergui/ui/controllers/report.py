@@ -13,7 +13,8 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core.environment import write_whole
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.connection import Connection
-from grabbergui.models.messages import CurrentMessages, LogBook
+from grabbergui.models.log_book import LogBook
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.report_dialog import ReportDialog

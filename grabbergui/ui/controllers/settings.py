@@ -18,22 +18,19 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import Lack, OpenSource
 from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import (
-    FeatureSet,
-    Progress,
+from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
+from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
+from grabbergui.models.settings.user_sets import (
     UserSet,
-    capture,
-    compare,
     has_user_sets,
     load_user_set,
     save_user_set,
     start_with_user_set,
     user_sets,
 )
-from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions

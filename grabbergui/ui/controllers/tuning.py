@@ -11,12 +11,10 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
-from grabbergui.models.change_journal import Step
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.one_push import (
     OnePush,
     Tuning,
@@ -28,7 +26,9 @@ from grabbergui.models.one_push import (
     let_camera,
 )
 from grabbergui.models.open_source import Lack, LinkState, OpenSource
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.tuning import TuningRun
+from grabbergui.models.undo_steps import Step
 from grabbergui.ui.controllers.changes import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions

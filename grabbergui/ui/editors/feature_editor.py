@@ -30,8 +30,8 @@ from grabbergui.core.features import (
     parse_coded,
 )
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models.features.numbers import nearest_allowed
-from grabbergui.models.features.shown import access_text, limit_text, value_text
+from grabbergui.models.features.feature_text import access_text, limit_text, value_text
+from grabbergui.models.features.slider_scale import nearest_allowed
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.widgets.labels import ElidedComboBox, show_hint

@@ -12,8 +12,8 @@ from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QSizePolicy,
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
 from grabbergui.core.sfnc import as_editable
-from grabbergui.models.features.numbers import SliderScale
-from grabbergui.models.features.shown import breakable, tooltip
+from grabbergui.models.features.feature_text import breakable, tooltip
+from grabbergui.models.features.slider_scale import SliderScale
 from grabbergui.ui.editors.feature_editor import (
     AutoButton,
     ChoiceEditor,

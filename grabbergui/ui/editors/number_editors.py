@@ -10,21 +10,17 @@ from PyQt5.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QSho
 from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.features.numbers import (
-    DIGITS,
-    Pace,
-    SliderScale,
+from grabbergui.models.features.feature_text import limit_text
+from grabbergui.models.features.number_input import (
     can_become_number,
-    nearest_allowed,
     parse_number,
-    quantity_text,
-    shown_unit,
-    stepped,
     typed_unit,
     units_to_type,
     without_shown_unit,
 )
-from grabbergui.models.features.shown import limit_text
+from grabbergui.models.features.number_steps import Pace, stepped
+from grabbergui.models.features.number_text import DIGITS, quantity_text, shown_unit
+from grabbergui.models.features.slider_scale import SliderScale, nearest_allowed
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.value_slider import EditedFeature, ValueSlider
 from grabbergui.ui.widgets.labels import show_hint

@@ -18,7 +18,9 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.features.numbers import Pace, SliderScale, quantity_text, stepped
+from grabbergui.models.features.number_steps import Pace, stepped
+from grabbergui.models.features.number_text import quantity_text
+from grabbergui.models.features.slider_scale import SliderScale
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.windows import WheelGuard
 

@@ -16,12 +16,15 @@ from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
+from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
+from grabbergui.models.log_book import LogBook
 from grabbergui.models.markup import markup
 from grabbergui.models.measuring import MeasuringModel
-from grabbergui.models.messages import CurrentMessages, LogBook, MessageModel
+from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.recording import FrameHistory, Recordings
+from grabbergui.models.recording import Recordings
+from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter

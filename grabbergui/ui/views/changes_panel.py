@@ -10,8 +10,9 @@ from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt, pyqtSign
 from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
 from grabbergui.core.features import format_value
-from grabbergui.models.change_journal import MOST_CHANGES, Change, Origin
-from grabbergui.models.features.numbers import number_text
+from grabbergui.models.change import Change, Origin
+from grabbergui.models.change_journal import MOST_CHANGES
+from grabbergui.models.features.number_text import number_text
 from grabbergui.models.language import localized
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.widgets.labels import size_columns

@@ -9,7 +9,7 @@ from PyQt5.QtGui import QKeyEvent, QResizeEvent
 from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
-from grabbergui.models.features.shown import visible_names
+from grabbergui.models.features.filtering import visible_names
 from grabbergui.models.language import counted
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows

@@ -31,8 +31,8 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.visible_text import shortened, visible
 from grabbergui.doctor import Finding, Level
 from grabbergui.models.language import counted
+from grabbergui.models.log_book import MOST_LOG_LINES, LogLine
 from grabbergui.models.markup import Markup, joined, markup
-from grabbergui.models.messages import MOST_LOG_LINES, LogLine
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.shown_text import PlainLabel, add_paragraph, set_rich
 from grabbergui.ui.windows import fit_screen, load_form, set_available

@@ -23,7 +23,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.features.worker import ValueHistory
+from grabbergui.models.features.value_history import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
 from grabbergui.models.open_source import Lack

@@ -30,8 +30,9 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import counted
 from grabbergui.models.markup import markup
 from grabbergui.models.open_source import Lack
-from grabbergui.models.settings.feature_set import Difference, UserSet
+from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
+from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.shown_text import PlainLabel, question_box, set_cell_tooltip, set_rich, set_tooltip
 from grabbergui.ui.widgets.plots import ChannelPlot
 from grabbergui.ui.windows import fit_screen, load_form, set_available

@@ -13,8 +13,8 @@ from PyQt5.QtGui import QColor, QImage, QPainter, QPaintEvent, QPalette, QShowEv
 from PyQt5.QtWidgets import QLabel, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.features.numbers import in_unit, number_text, quantity_text, shown_unit
-from grabbergui.models.features.shown import breakable
+from grabbergui.models.features.feature_text import breakable
+from grabbergui.models.features.number_text import in_unit, number_text, quantity_text, shown_unit
 from grabbergui.models.image.quantities import NO_DATA, ColourScale
 from grabbergui.models.language import localized
 from grabbergui.ui.shown_text import name_axis, set_tooltip

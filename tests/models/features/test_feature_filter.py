@@ -1,7 +1,7 @@
 import pytest
 
 from grabbergui.core.features import Category, FeatureDescription, FeatureKind, Visibility
-from grabbergui.models.features.shown import visible_names
+from grabbergui.models.features.filtering import visible_names
 
 
 def describe(name, visibility=Visibility.BEGINNER, **more):

@@ -5,14 +5,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
-from grabbergui.models.features.numbers import (
-    SLIDER_STEPS,
-    Pace,
-    SliderScale,
-    natural_step,
-    nearest_allowed,
-    stepped,
-)
+from grabbergui.models.features.number_steps import Pace, natural_step, stepped
+from grabbergui.models.features.slider_scale import SLIDER_STEPS, SliderScale, nearest_allowed
 
 
 def feature(minimum, maximum, value=None, kind=None, **more):

@@ -13,19 +13,14 @@ from grabbergui.core.features import (
     coded_text,
     parse_coded,
 )
-from grabbergui.models.features.numbers import (
-    number_text,
-    parse_number,
-    quantity_text,
-    shown_unit,
-    typed_unit,
-)
-from grabbergui.models.features.shown import (
+from grabbergui.models.features.feature_text import (
     breakable,
     limit_text,
     tooltip,
     value_text,
 )
+from grabbergui.models.features.number_input import parse_number, typed_unit
+from grabbergui.models.features.number_text import number_text, quantity_text, shown_unit
 
 HEX, IPV4, MAC = Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS
 FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, unit="us", value=1.0)

@@ -3,7 +3,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.models.features.worker import WriteThrottle
+from grabbergui.models.features.write_throttle import WriteThrottle
 
 
 def test_the_first_write_is_due_immediately_and_the_next_an_interval_later():

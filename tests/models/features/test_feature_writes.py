@@ -11,7 +11,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
-from grabbergui.models.features.shown import tooltip
+from grabbergui.models.features.feature_text import tooltip
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from patience import PATIENCE, until

@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AckTimeoutError, FeatureError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.models.features.worker import (
+from grabbergui.models.features.value_history import (
     MOST_WATCHED,
     WATCH_PERIOD,
-    FeatureWorker,
     ValueHistory,
     ValueWatch,
     to_csv,
 )
+from grabbergui.models.features.worker import FeatureWorker
 from patience import PATIENCE
 
 
@@ -161,7 +161,7 @@ def test_an_unreadable_value_is_a_gap_and_the_others_continue(bench):
 
 
 def test_a_camera_that_does_not_answer_is_asked_seldom(bench, monkeypatch):
-    monkeypatch.setattr("grabbergui.models.features.worker.RETRY_PERIOD", 0.2)
+    monkeypatch.setattr("grabbergui.models.features.value_history.RETRY_PERIOD", 0.2)
     bench.grabber.failures["F1"] = AckTimeoutError("no answer")
     bench.watch.attach(bench.grabber, bench.worker)
     bench.watch.add("F1")

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.pixels import Region
-from grabbergui.models.image.rendering import Orientation
+from grabbergui.models.image.orientation import Orientation
 
 ALL = [Orientation(turns, x, y) for turns in range(4) for x in (False, True) for y in (False, True)]
 IMAGE = np.arange(12, dtype=np.uint8).reshape(3, 4)

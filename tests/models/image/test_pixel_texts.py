@@ -3,8 +3,11 @@ import numpy as np
 from frames import frame_of
 from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.image.components import ShownImage, cursor_text, value_texts
-from grabbergui.models.image.rendering import DisplaySettings, Orientation, render
+from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.display_settings import DisplaySettings
+from grabbergui.models.image.orientation import Orientation
+from grabbergui.models.image.pixel_text import cursor_text, value_texts
+from grabbergui.models.image.rendering import render
 
 
 def texts_of(frame, region, orientation):

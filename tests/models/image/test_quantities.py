@@ -6,8 +6,9 @@ import pytest
 from frames import frame_of
 from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.pixels import Region
+from grabbergui.models.image.display_settings import DisplaySettings
 from grabbergui.models.image.quantities import NO_DATA, ColourScale, Levels, PolarisedView, quantity_of
-from grabbergui.models.image.rendering import DisplaySettings, render
+from grabbergui.models.image.rendering import render
 
 TENTHS = Scan3d(True, (Coordinate(), Coordinate(), Coordinate(0.1, 0.0, 0.0)))
 SLOPE = np.linspace(5000, 25000, 64 * 64).astype(np.uint16).reshape(64, 64)

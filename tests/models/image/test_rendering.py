@@ -3,16 +3,11 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.pixels import Region, for_display
+from grabbergui.models.image.clipping import BLACK_COLOUR, SATURATED_COLOUR, clipping_masks
+from grabbergui.models.image.display_settings import DisplaySettings, with_levels
+from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.image.quantities import COLOUR_MAPS, Levels
-from grabbergui.models.image.rendering import (
-    BLACK_COLOUR,
-    SATURATED_COLOUR,
-    DisplaySettings,
-    Orientation,
-    clipping_masks,
-    render,
-    with_levels,
-)
+from grabbergui.models.image.rendering import render
 
 RAMP = np.arange(4096, dtype=np.uint16).reshape(64, 64)
 

@@ -13,14 +13,10 @@ from grabbergui.core.features import AccessMode, Category, EnumEntry, Feature, F
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_code, by_name
 from grabbergui.core.scan3d import may_change
-from grabbergui.models.image.components import (
-    CHANNEL_SILENCE,
-    CameraWatch,
-    StreamChannels,
-    is_polarised,
-    labels,
-)
+from grabbergui.models.image.camera_watch import CameraWatch, is_polarised
+from grabbergui.models.image.components import labels
 from grabbergui.models.image.quantities import is_mosaic
+from grabbergui.models.image.stream_channels import CHANNEL_SILENCE, StreamChannels
 
 
 def frame(channel, number):

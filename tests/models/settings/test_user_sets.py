@@ -7,17 +7,17 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError
-from grabbergui.models.change_journal import ChangeJournal, Direction
+from grabbergui.models.change_journal import ChangeJournal
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, revert
-from grabbergui.models.settings.feature_set import (
-    capture,
-    compare,
+from grabbergui.models.settings.feature_set import capture, compare
+from grabbergui.models.settings.user_sets import (
     has_user_sets,
     load_user_set,
     save_user_set,
     start_with_user_set,
     user_sets,
 )
+from grabbergui.models.undo_steps import Direction
 
 
 @pytest.fixture

@@ -7,108 +7,22 @@ units. Pure functions.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from grabbergui.core.features import (
     CODED,
     AccessMode,
-    Category,
     Feature,
-    FeatureDescription,
     FeatureKind,
     FeatureValue,
-    Visibility,
     coded_text,
     format_number,
 )
-from grabbergui.core.sfnc import automatic_mode_of
 from grabbergui.core.visible_text import shortened
-from grabbergui.models.features.numbers import quantity_text, unit_text
+from grabbergui.models.features.number_text import quantity_text, unit_text
 from grabbergui.models.language import counted, driver_text, localized, translate
 from grabbergui.models.markup import Markup, joined, markup
 
-# -- which features ------------------------------------------------------------------------------
-HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
-"""Commands with buttons in the window, which also start and stop reception."""
-
-
-def visible_names(
-    root: Category, visibility: Visibility, text: str = "", elsewhere: Collection[str] = ()
-) -> list[str]:
-    """Return the features up to a visibility that match the text, in the tree's order, each once.
-
-    A category for experts hides everything below it, as GenApi defines. For beginners, unless they search,
-    the list omits features with controls `elsewhere` in the window and commands with buttons.
-    """
-    words = tuple(text.lower().split())
-    hidden = HAS_BUTTONS.union(elsewhere) if visibility < Visibility.EXPERT and not words else frozenset()
-    found: dict[str, None] = {}
-    _collect(root, visibility, words, hidden, found)
-    return list(found)
-
-
-def _collect(
-    category: Category,
-    visibility: Visibility,
-    words: tuple[str, ...],
-    hidden: frozenset[str],
-    found: dict[str, None],
-) -> None:
-    for member in category.members:
-        if member.visibility > visibility or member.name in hidden:
-            continue
-        if isinstance(member, Category):
-            _collect(member, visibility, words, hidden, found)
-        elif _matches(member, words):
-            found[member.name] = None
-
-
-def _matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
-    """Return whether every word, in lower case, occurs in the name, the display name or the tooltip."""
-    haystack = f"{description.name}\n{description.display_name}\n{description.tooltip}".lower()
-    return all(word in haystack for word in words)
-
-
-# -- pinned controls -----------------------------------------------------------------------------
-MOST_PINNED = 12
-"Most features that can be pinned."
-
-
-def controlled_by(pinned: Collection[str], has: Callable[[str], bool]) -> frozenset[str]:
-    """Return the features that pinned controls set: the pinned features and their automatic modes."""
-    modes = (automatic_mode_of(name, has) for name in pinned)
-    return frozenset(pinned).union(mode for mode in modes if mode is not None)
-
-
-def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:
-    """Return the names with one of them, new or known, moved before the name at `index`.
-
-    An index beyond the end means the end. With `MOST_PINNED` names, no new name is added.
-    """
-    if name not in names and len(names) >= MOST_PINNED:
-        return tuple(names)
-    index = min(max(index, 0), len(names))
-    before = [other for other in names[:index] if other != name]
-    after = [other for other in names[index:] if other != name]
-    return (*before, name, *after)
-
-
-def without(names: Sequence[str], name: str) -> tuple[str, ...]:
-    """Return the names without one."""
-    return tuple(other for other in names if other != name)
-
-
-def moved(names: Sequence[str], name: str, steps: int) -> tuple[str, ...]:
-    """Return the names with one of them moved by a number of places."""
-    if name not in names:
-        return tuple(names)
-    others = without(names, name)
-    index = min(max(names.index(name) + steps, 0), len(others))
-    return (*others[:index], name, *others[index:])
-
-
-# -- texts ---------------------------------------------------------------------------------------
 _LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _ZERO_WIDTH_SPACE = "\u200b"
 
