@@ -6,6 +6,7 @@ import importlib.metadata
 import platform
 import socket
 import time
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -42,9 +43,14 @@ class Listing(Search):
         self.answers: dict[tuple[str, tuple[str, ...]], FoundDevice] = {}
 
     @override
-    def _take(self, asker: socket.socket, interface: Interface) -> FoundDevice | None:
-        device = super()._take(asker, interface)
-        if device is not None:
+    def _take(
+        self,
+        asker: socket.socket,
+        interface: Interface,
+        until: Callable[[FoundDevice], bool] | None = None,
+    ) -> FoundDevice | None:
+        device = super()._take(asker, interface, until)
+        if device is not None and device.key in self._found:  # a flood fills neither
             self.answers[interface.ip, device.key] = device
         return device
 

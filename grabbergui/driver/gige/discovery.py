@@ -9,6 +9,7 @@ import selectors
 import socket
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from urllib.parse import quote
@@ -124,6 +125,8 @@ CANCEL_PERIOD = 0.05
 """Seconds between checks whether a search was cancelled."""
 MAX_DEVICES = 1024
 "Answers beyond it are ignored: a flood must not exhaust memory."
+MOST_AT_ONE_ADDRESS = 16
+"Devices that answer from one address, at most: a flood from there must leave room for the others."
 
 
 @dataclass(frozen=True)
@@ -270,6 +273,8 @@ class Search:
         self._cancelled = cancelled
         self._broadcast = broadcast
         self._found: dict[tuple[str, ...], FoundDevice] = {}
+        self._at_address: Counter[str] = Counter()
+        "Devices found, by the address that their answer came from."
 
     def run(
         self, timeout: float, until: Callable[[FoundDevice], bool] | None = None, linger: float = 0.0
@@ -312,7 +317,7 @@ class Search:
             else:
                 ready = selector.select(min(max(0.0, left), CANCEL_PERIOD))
             for key, _ in ready:
-                device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
+                device = self._take(key.fileobj, key.data, until)  # type: ignore[arg-type]
                 if device is not None and until is not None and not holds and until(device):
                     holds, end = True, min(end, time.monotonic() + linger)
             if left <= 0 and (not ready or left < -OVERTIME_S):
@@ -362,7 +367,13 @@ class Search:
             *given,
         ]
 
-    def _take(self, asker: socket.socket, interface: Interface) -> FoundDevice | None:
+    def _take(
+        self,
+        asker: socket.socket,
+        interface: Interface,
+        until: Callable[[FoundDevice], bool] | None = None,
+    ) -> FoundDevice | None:
+        """Read an answer; keep its device if there is room, and always if `until` holds for it."""
         try:
             datagram, (source, _) = asker.recvfrom(2048)
             ack = Ack.decode(datagram)
@@ -376,6 +387,11 @@ class Search:
         device = FoundDevice(identity, ip, interface)
         known = self._found.get(device.key)
         # A device may answer on several interfaces; prefer the one in whose subnet its address is.
-        if (known is None and len(self._found) < MAX_DEVICES) or (known and not known.reachable):
+        if known is None:
+            room = len(self._found) < MAX_DEVICES and self._at_address[source] < MOST_AT_ONE_ADDRESS
+            if room or (until is not None and len(self._found) < 2 * MAX_DEVICES and until(device)):
+                self._found[device.key] = device
+                self._at_address[source] += 1
+        elif not known.reachable:
             self._found[device.key] = device
         return device

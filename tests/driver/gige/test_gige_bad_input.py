@@ -123,14 +123,49 @@ def test_a_flood_of_answers_to_a_search_takes_no_memory() -> None:
         def recvfrom(self, size: int) -> tuple[bytes, tuple[str, int]]:
             self.count += 1
             mac = self.count.to_bytes(6, "big").hex(":")
-            identity = Identity(mac=mac, ip="10.0.0.1", vendor="x" * 30)
+            ip = f"10.0.{self.count // 250}.{self.count % 250}"
+            identity = Identity(mac=mac, ip=ip, vendor="x" * 30)
             ack = Ack(0, CommandCode.DISCOVERY + 1, DISCOVERY_REQ_ID, identity.encode())
-            return ack.encode(), ("10.0.0.1", 3956)
+            return ack.encode(), (ip, 3956)
 
     asked, flood = discovery.Search(), Flood()
     for _ in range(discovery.MAX_DEVICES + 500):
         asked._take(flood, Interface("eth0", "10.0.0.2"))  # type: ignore[arg-type]
     assert len(asked._found) == discovery.MAX_DEVICES
+
+
+class Answers:
+    """A socket with answers to a search: many forged ones, and at their end that of an honest camera."""
+
+    def __init__(self, *, forged: int, sources: int) -> None:
+        self._left = [
+            (Identity(mac=number.to_bytes(6, "big").hex(":"), ip=f"10.0.1.{number % 250}"), number % sources)
+            for number in range(1, forged + 1)
+        ]
+        self._left.append((Identity(mac="02:00:00:00:00:01", ip="10.0.0.9", serial="HONEST"), -1))
+        self._left.reverse()
+
+    def recvfrom(self, size: int) -> tuple[bytes, tuple[str, int]]:
+        identity, source = self._left.pop()
+        ack = Ack(0, CommandCode.DISCOVERY + 1, DISCOVERY_REQ_ID, identity.encode())
+        return ack.encode(), (identity.ip if source < 0 else f"10.0.9.{source}", 3956)
+
+
+@pytest.mark.parametrize("sources", [1, 20, 250])
+def test_an_honest_camera_is_found_among_forged_answers(sources: int) -> None:
+    """By its name always; in a list of all unless the answers come from very many addresses."""
+    card = Interface("eth0", "10.0.0.2", "255.255.0.0")
+    for by_name in (True, False):
+        search, answers = discovery.Search(), Answers(forged=10_000, sources=sources)
+        for _ in range(10_001):
+            search._take(
+                answers,  # type: ignore[arg-type]
+                card,
+                (lambda device: device.answers_to("honest")) if by_name else None,
+            )
+        found = [device.identity.serial for device in search._found.values()]
+        assert ("HONEST" in found) is (by_name or sources * discovery.MOST_AT_ONE_ADDRESS < 1024)
+        assert len(found) <= discovery.MAX_DEVICES + 1
 
 
 def test_answers_of_others_to_our_commands_are_not_taken(
