@@ -4,13 +4,18 @@ import ast
 import json
 import sys
 import unicodedata
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 import grabbergui
 from grabbergui.core import visible_text
-from grabbergui.core.visible_text import print_json, print_line, print_lines, print_note, visible
+from grabbergui.core.features import MOST_TITLE, Category, EnumEntry, FeatureDescription, FeatureKind
+from grabbergui.core.identity import MOST_NAME, DeviceInfo
+from grabbergui.core.visible_text import print_json, print_line, print_lines, print_note, shortened, visible
+from grabbergui.models.features.numbers import MOST_UNIT, unit_text
+from grabbergui.models.messages import MOST_TEXT, Message
 
 PACKAGE = Path(grabbergui.__file__).parent
 TO_MACHINES = {"setup/completion.py", "ui/run/standalone.py"}
@@ -87,3 +92,14 @@ def test_nothing_is_printed_past_the_writer():
         for line in bypassing(file.read_text("utf-8"))
     }
     assert not found, "print with grabbergui.core.visible_text, so that text from outside is harmless"
+
+
+def test_display_names_have_an_end():
+    assert shortened("abc", 3) == "abc" and shortened("abcd", 3) == "ab…"
+    for made in (Category, EnumEntry, partial(FeatureDescription, kind=FeatureKind.FLOAT)):
+        longest = made(name="Name", display_name="x" * MOST_TITLE)
+        assert longest.title == longest.display_name
+        assert made(name="Name", display_name="x" * (MOST_TITLE + 1)).title == "x" * (MOST_TITLE - 1) + "…"
+    assert len(DeviceInfo("sim:", user_name="x" * 1000).title) == MOST_NAME
+    assert len(Message("x" * 10_000).sentence) == MOST_TEXT
+    assert len(unit_text("x" * 1000)) == MOST_UNIT and unit_text("us") == "µs"
