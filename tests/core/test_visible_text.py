@@ -8,13 +8,13 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from grabbergui.models.features.numbers import MOST_UNIT, unit_text
 
 import grabbergui
 from grabbergui.core import visible_text
 from grabbergui.core.features import MOST_TITLE, Category, EnumEntry, FeatureDescription, FeatureKind
 from grabbergui.core.identity import MOST_NAME, DeviceInfo
 from grabbergui.core.visible_text import print_json, print_line, print_lines, print_note, shortened, visible
+from grabbergui.models.features.number_text import MOST_UNIT, unit_text
 from grabbergui.models.messages import MOST_TEXT, Message
 
 PACKAGE = Path(grabbergui.__file__).parent
