@@ -24,7 +24,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri, TwinOptions, read_options
 from grabbergui.driver.device import Device, FrameCounter, StreamRequest, check_payload_size, deliver_or_log
 from grabbergui.driver.twin import report_file
-from grabbergui.driver.twin.model import TwinModel
+from grabbergui.driver.twin.model import LARGEST_FRAME, TwinModel
 from grabbergui.driver.twin.report_file import CameraReport
 
 _POLL_S = 0.1
@@ -99,7 +99,7 @@ class TwinStream:
     def __init__(self, model: TwinModel, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         self._model = model
         self._deliver = deliver
-        self._pool = BufferPool(max(request.payload_size, 1))
+        self._pool = BufferPool(min(max(request.payload_size, 1), LARGEST_FRAME))
         self._counter = FrameCounter()
         self._stopping = False
         self._thread = threading.Thread(target=self._run, name="twin camera", daemon=True)

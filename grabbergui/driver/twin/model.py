@@ -70,12 +70,12 @@ class TwinModel:
         self._period = _period(report.stream.frames)
         self._inside = _Inside(self.memory)
         self._nodes = self._load()
-        self._switches: dict[tuple[int, bytes], bool] = {}
-        "Writes that start and stop the acquisition."
+        self._switches: list[tuple[int, bytes, bool]] = []
+        "Address and bytes of writes that start (True) and stop the acquisition."
         self._running = False
         if self._nodes is not None:
             self._find_commands(self._nodes)
-        self._running = not any(self._switches.values())
+        self._running = not self._starts()
         self.memory.on_written = self._on_written
 
     def close(self) -> None:
@@ -95,7 +95,7 @@ class TwinModel:
     def stop(self) -> None:
         """End the acquisition, as when control is lost."""
         with self._changed:
-            self._running = not any(self._switches.values())
+            self._running = not self._starts()
             self._changed.notify_all()
 
     def timestamp(self) -> int:
@@ -212,11 +212,35 @@ class TwinModel:
             for address, data in self._inside.noted:
                 self.memory.restore_after(address, data)
                 if description.name in (START, STOP):
-                    self._switches.setdefault((address, data), description.name == START)
+                    self._switches.append((address, data, description.name == START))
         self._inside.noted = None
 
+    def _starts(self) -> bool:
+        """Return whether it is known how the acquisition is started; otherwise it always runs."""
+        return any(start for _, _, start in self._switches)
+
+    def _switched(self, address: int, data: bytes) -> bool | None:
+        """Return whether a write starts the acquisition (True) or stops it; None if it does neither.
+
+        Start and stop may be bits of one register, with settings beside them; then the bits in which the two
+        commands differ decide.
+        """
+        known = [(content, start) for at, content, start in self._switches if at == address]
+        kinds = {start for _, start in known}
+        if len(kinds) < 2:
+            return kinds.pop() if kinds else None
+        number = int.from_bytes(data, "big")
+        start, stop = (
+            int.from_bytes(next(content for content, each in known if each is kind), "big")
+            for kind in (True, False)
+        )
+        differing = start ^ stop
+        if number & differing == start & differing:
+            return True
+        return False if number & differing == stop & differing else None
+
     def _on_written(self, address: int, data: bytes) -> None:
-        switch = self._switches.get((address, data))
+        switch = self._switched(address, data)
         if switch is None:
             return
         with self._changed:

@@ -130,8 +130,10 @@ def test_a_twin_is_like_its_original_and_can_be_used(
         copy.open()
         queue = copy.open_queue(10)
         copy.start()
-        frames = [queue.get(PATIENCE) for _ in range(10)]
-        assert all(frame.complete and frame.nbytes for frame in frames)
-        assert [frame.frame_id for frame in frames] == list(
-            range(frames[0].frame_id, frames[0].frame_id + 10)
-        )
+        ids = []
+        for _ in range(10):
+            frame = queue.get(PATIENCE)
+            assert frame.complete and frame.nbytes
+            ids.append(frame.frame_id)
+            del frame  # its buffer may be huge, and the stream has few of those
+        assert ids == list(range(ids[0], ids[0] + 10))

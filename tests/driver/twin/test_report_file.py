@@ -210,3 +210,29 @@ def test_a_frame_of_absurd_size_takes_no_memory() -> None:
     model = TwinModel(replace(REPORT, description=b"", stream=replace(REPORT.stream, frames=(frame,))))
     plan = model.next_frame(1.0)
     assert plan is not None and plan.payload_bytes <= LARGEST_FRAME
+
+
+@pytest.mark.parametrize(
+    ("switches", "writes"),
+    [
+        ([(0x10, b"\0\0\0\1", True), (0x14, b"\0\0\0\1", False)], [(0x10, 0x81, True), (0x14, 0x81, False)]),
+        # One register for both, with another setting beside them.
+        (
+            [(0x10, b"\x80\0\0\7", True), (0x10, b"\0\0\0\7", False)],
+            [(0x10, 1 << 31, True), (0x10, 3, False)],
+        ),
+        (
+            [(0x10, b"\0\0\0\1", True), (0x10, b"\0\0\0\2", False)],
+            [(0x10, 1, True), (0x10, 2, False), (0x10, 4, None)],
+        ),
+        ([], [(0x10, 1, None)]),
+    ],
+)
+def test_the_write_that_starts_is_recognised(
+    switches: list[tuple[int, bytes, bool]], writes: list[tuple[int, int, bool | None]]
+) -> None:
+    model = TwinModel(replace(REPORT, description=b""))
+    model._switches = switches
+    for address, value, starts in writes:
+        assert model._switched(address, value.to_bytes(4, "big")) is starts
+    assert model._switched(0x99, b"\0\0\0\1") is None
