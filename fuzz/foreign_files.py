@@ -20,10 +20,12 @@ from grabbergui.core import ros_image
 from grabbergui.core.lookup_table import LutShape, load_table
 from grabbergui.core.ros_image import RosCompressedImage, RosImage
 from grabbergui.models.settings import files
-from grabbergui.recording import Recording, bag_folder, open_recording, yarp_dump
+from grabbergui.recording import bag_folder, yarp_dump
 from grabbergui.recording.db3_file import Db3File
 from grabbergui.recording.folder import FolderRecording
 from grabbergui.recording.npy_file import NpyRecording
+from grabbergui.recording.opening import open_recording
+from grabbergui.recording.reader import RecordingReader
 from grabbergui.recording.ros_pictures import of_compressed, of_image
 from grabbergui.recording.ros_recording import RosRecording
 
@@ -138,7 +140,7 @@ def _table(content: bytes) -> None:
             raise AssertionError(table)
 
 
-def _played(opening: Callable[[], Recording]) -> None:
+def _played(opening: Callable[[], RecordingReader]) -> None:
     recording = erring(opening)
     if recording is not None:
         for index in range(min(len(recording), MOST_FRAMES)):

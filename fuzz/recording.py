@@ -15,9 +15,10 @@ from grabbergui.calibration import camera_info
 from grabbergui.core import encoded_image, ros_image
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.ros_image import RosImage
-from grabbergui.recording import FrameNote, read_notes, rebuilt
 from grabbergui.recording.mcap_file import McapFile
+from grabbergui.recording.notes import FrameNote, read_notes
 from grabbergui.recording.ros_recording import RosRecording
+from grabbergui.recording.stored_frames import rebuilt
 
 FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
 

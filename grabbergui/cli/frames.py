@@ -44,7 +44,8 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_json, print_line
-from grabbergui.recording import CODECS, RecordingKind, kind_of, snapshot
+from grabbergui.recording import snapshot
+from grabbergui.recording.kinds import CODECS, RecordingKind, kind_of
 from grabbergui.recording.recorder import RecordingLimits, create_recorder, create_writer
 from grabbergui.recording.writer import RecordingWriter
 

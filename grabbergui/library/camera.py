@@ -33,7 +33,7 @@ from grabbergui.library.streaming import DEPTH, AsyncFrames, Closing, Frames, Re
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
-from grabbergui.recording import kind_of
+from grabbergui.recording.kinds import kind_of
 from grabbergui.recording.recorder import RecordingLimits
 
 RETRIGGER = 0.5

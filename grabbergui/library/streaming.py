@@ -26,7 +26,7 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 
 DEPTH = 8

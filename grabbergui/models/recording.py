@@ -15,16 +15,9 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted, translate
 from grabbergui.models.open_source import OpenSource
-from grabbergui.recording import RecordingKind
-from grabbergui.recording.recorder import (
-    DiskFullError,
-    Recorder,
-    RecordingLimits,
-    RecordingProgress,
-    SourceClosedError,
-    UnfinishedFileError,
-    create_recorder,
-)
+from grabbergui.recording.errors import DiskFullError, SourceClosedError, UnfinishedFileError
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.regular_files import read_bounded
-from grabbergui.recording import RecordingError, natural
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.file_names import natural
 from grabbergui.recording.message_store import MessageStore
 
 METADATA = "metadata.yaml"

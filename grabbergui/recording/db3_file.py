@@ -17,8 +17,8 @@ from typing_extensions import override
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.regular_files import check_regular
-from grabbergui.recording import RecordingError
-from grabbergui.recording.message_store import WANTED_TYPES, Channel, MessageStore, Place
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.message_store import WANTED_TYPES, MessageStore, Place, TopicChannel
 
 _MAGIC = "SQLite format 3"
 MAX_MESSAGE = 1 << 28
@@ -87,7 +87,7 @@ class Db3File(MessageStore):
         for row in self._rows(f"{topics} LIMIT {MOST_TOPICS}", QUERY_TIME):
             match row:
                 case (int(number), str(name), str(kind), str(encoding)):
-                    self.channels[number] = Channel(name, kind, encoding)
+                    self.channels[number] = TopicChannel(name, kind, encoding)
         wanted = [str(number) for number, each in self.channels.items() if each.type in WANTED_TYPES]
         columns = "SELECT id, topic_id, timestamp, length(data) FROM messages"
         query = f"{columns} WHERE topic_id IN ({','.join(wanted)})"

@@ -18,22 +18,16 @@ from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.regular_files import read_bounded
-from grabbergui.recording import (
-    DEFAULT_RATE,
-    FrameNote,
-    Recording,
-    RecordingError,
-    format_named,
-    natural,
-    notes_beside,
-    read_notes,
-    rebuilt,
-    rising,
-    tiff_pages,
-    yarp_dump,
-)
+from grabbergui.recording import tiff_pages, yarp_dump
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.file_names import natural, notes_beside
+from grabbergui.recording.notes import FrameNote, read_notes
+from grabbergui.recording.ordered_work import OrderedWork
+from grabbergui.recording.reader import RecordingReader
 from grabbergui.recording.ros_pictures import of_file
-from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
+from grabbergui.recording.stored_frames import format_named, note_of, rebuilt, unpacked
+from grabbergui.recording.times import DEFAULT_RATE, rising
+from grabbergui.recording.writer import RecordingWriter
 
 NOTES_NAME = "frames.jsonl"
 IMAGE_SUFFIXES = (".png", *tiff_pages.SUFFIXES, ".jpg", ".jpeg", ".bmp", ".ppm", ".pgm")
@@ -41,7 +35,7 @@ MAX_FILE_BYTES = 1 << 30
 
 
 @dataclass(frozen=True)
-class _Entry:
+class _RecordedImage:
     """A frame: a file or one of its pages, and what is known about it."""
 
     file: Path
@@ -51,7 +45,7 @@ class _Entry:
     "Its frame id, without a note."
 
 
-class FolderRecording(Recording):
+class FolderRecording(RecordingReader):
     """Images in the order of the notes, of yarpdatadumper's log, or of their names."""
 
     def __init__(self, path: Path) -> None:
@@ -64,10 +58,10 @@ class FolderRecording(Recording):
             self.times_ns = rising([each.note.received_ns for each in self._entries if each.note is not None])
         elif notes_file.is_file():
             notes = list(read_notes(notes_file))
-            self._entries = [_Entry(self._inside(note.file), note=note) for note in notes]
+            self._entries = [_RecordedImage(self._inside(note.file), note=note) for note in notes]
             self.times_ns = rising([note.received_ns for note in notes])
         elif dumped := yarp_dump.read_log(path) if path.is_dir() else []:
-            self._entries = [_Entry(path / each.file, number=each.number) for each in dumped]
+            self._entries = [_RecordedImage(path / each.file, number=each.number) for each in dumped]
             self.times_ns = rising([each.time_ns for each in dumped])
         else:
             self._entries = self._listed()
@@ -77,23 +71,23 @@ class FolderRecording(Recording):
                 f"{path} holds no images; a recording has {NOTES_NAME} or {', '.join(IMAGE_SUFFIXES)}"
             )
 
-    def _noted_pages(self, notes: list[FrameNote]) -> list[_Entry]:
+    def _noted_pages(self, notes: list[FrameNote]) -> list[_RecordedImage]:
         """Return the pages of a stack that was recorded; after a crash there may be more or fewer notes."""
         pages = tiff_pages.pages_of(self.path)
-        return [_Entry(self.path, page, note) for page, note in zip(pages, notes, strict=False)]
+        return [_RecordedImage(self.path, page, note) for page, note in zip(pages, notes, strict=False)]
 
-    def _listed(self) -> list[_Entry]:
+    def _listed(self) -> list[_RecordedImage]:
         """Return the images by their names, in natural order, without the hidden files of other systems."""
         files = [self.path]
         if self.path.is_dir():
             names = [path for path in self.path.iterdir() if not path.name.startswith(".")]
             files = sorted((p for p in names if p.suffix.lower() in IMAGE_SUFFIXES), key=natural)
-        found: list[_Entry] = []
+        found: list[_RecordedImage] = []
         for file in files:
             pages = self._pages_of(file) if file.suffix.lower() in tiff_pages.SUFFIXES else []
-            found += [_Entry(file, page, number=len(found) + page.number) for page in pages]
+            found += [_RecordedImage(file, page, number=len(found) + page.number) for page in pages]
             if not pages:
-                found.append(_Entry(file, number=len(found)))
+                found.append(_RecordedImage(file, number=len(found)))
         return found
 
     def _pages_of(self, file: Path) -> list[tiff_pages.Page]:
@@ -153,7 +147,7 @@ def file_channels(pixel_format: PixelFormat) -> list[int]:
     return [2, 1, 0, 3][: len(order)] if order.startswith("R") else [0, 1, 2, 3][: len(order)]
 
 
-def _pixels_of(entry: _Entry) -> NDArray[Any]:
+def _pixels_of(entry: _RecordedImage) -> NDArray[Any]:
     """Return the pixels of a file in OpenCV's layout. Raises RemoteProtocolError, UsageError, OSError."""
     if entry.page is not None:
         return tiff_pages.read_page(entry.file, entry.page)
@@ -244,7 +238,6 @@ class FolderWriter(RecordingWriter):
         self._noted += 1
         self._size += written.size + len(written.line)
 
-    # -- the threads -----------------------------------------------------------------------------
     def _save(self, number: int, frame: Frame) -> _WrittenImage:
         suffix, content, pixel_format = self._encoded(frame)
         file = self.path / f"{number:08d}{suffix}"

@@ -20,8 +20,8 @@ from typing_extensions import override
 from grabbergui.core.calibration import Scan3d
 from grabbergui.core.errors import UsageError
 from grabbergui.core.regular_files import open_regular
-from grabbergui.recording import RecordingError
-from grabbergui.recording.message_store import Channel, MessageStore, Place
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.message_store import MessageStore, Place, TopicChannel
 
 log = logging.getLogger(__name__)
 
@@ -151,7 +151,7 @@ class McapFile(MessageStore):
             (size,) = struct.unpack_from("<I", body, at)
             encoding = str(body[at + 4 : at + 4 + size], "utf-8", "replace")
             metadata, kind = _pairs(body, at + 4 + size), self._schemas.get(schema, "")
-            self.channels[number] = Channel(topic, kind, encoding, metadata)
+            self.channels[number] = TopicChannel(topic, kind, encoding, metadata)
         except struct.error:
             raise UsageError(f"{self.path}: a schema or channel was cut short") from None
 

@@ -21,7 +21,8 @@ from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.ros_image import RosImage
 from grabbergui.recording.mcap_file import SCAN_METADATA
 from grabbergui.recording.ros_recording import BESIDE_KEY, DEVICE_TIME, NOTE
-from grabbergui.recording.writer import RecordingWriter, note_of, unpacked
+from grabbergui.recording.stored_frames import note_of, unpacked
+from grabbergui.recording.writer import RecordingWriter
 
 
 class McapWriter(RecordingWriter):

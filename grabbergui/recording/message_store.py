@@ -18,7 +18,7 @@ MOST_MESSAGES = 10_000_000
 
 
 @dataclass(frozen=True)
-class Channel:
+class TopicChannel:
     """A topic of a file."""
 
     topic: str
@@ -58,7 +58,7 @@ class MessageStore(ABC):
     number: int
     "Its index in the recording."
     scan: Scan3d | None = None
-    channels: dict[int, Channel]
+    channels: dict[int, TopicChannel]
     messages: list[Place]
 
     def type_of(self, place: Place) -> str:

@@ -21,15 +21,12 @@ from numpy.typing import NDArray
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.regular_files import check_regular, open_regular
-from grabbergui.recording import (
-    FrameNote,
-    Recording,
-    RecordingError,
-    notes_beside,
-    read_notes,
-    rebuilt,
-    rising,
-)
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.file_names import notes_beside
+from grabbergui.recording.notes import FrameNote, read_notes
+from grabbergui.recording.reader import RecordingReader
+from grabbergui.recording.stored_frames import rebuilt
+from grabbergui.recording.times import rising
 
 TIME_BASE = Fraction(1, 1_000_000)
 "The unit of a movie's times in seconds."
@@ -43,7 +40,7 @@ _FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
 "Containers that are opened. Playlists are excluded, as they name other files and hosts."
 
 
-class MovieRecording(Recording):
+class MovieRecording(RecordingReader):
     """A movie of any kind. Frames are found by their times, decoding from the key frame before."""
 
     def __init__(self, path: Path) -> None:

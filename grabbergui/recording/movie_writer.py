@@ -30,14 +30,14 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
-from grabbergui.recording import (
-    RecordingError,
-    RecordingKind,
-    Rising,
-    notes_beside,
-)
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.file_names import notes_beside
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.movie_file import TIME_BASE, bytes_of, plane_of
-from grabbergui.recording.writer import OrderedWork, RecordingWriter, note_of, unpacked
+from grabbergui.recording.ordered_work import OrderedWork
+from grabbergui.recording.stored_frames import note_of, unpacked
+from grabbergui.recording.times import Rising
+from grabbergui.recording.writer import RecordingWriter
 
 NOMINAL_RATE = 25.0
 "Frames per second in a movie's header if the camera's rate is unknown. Players use the frames' times."

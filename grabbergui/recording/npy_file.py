@@ -16,16 +16,12 @@ from grabbergui.core.encoded_image import LARGEST_SIDE, MOST_PIXELS
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.regular_files import open_regular
-from grabbergui.recording import (
-    DEFAULT_RATE,
-    FrameNote,
-    Recording,
-    RecordingError,
-    notes_beside,
-    read_notes,
-    rebuilt,
-    rising,
-)
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.file_names import notes_beside
+from grabbergui.recording.notes import FrameNote, read_notes
+from grabbergui.recording.reader import RecordingReader
+from grabbergui.recording.stored_frames import rebuilt
+from grabbergui.recording.times import DEFAULT_RATE, rising
 
 MOST_FRAMES = 10_000_000
 _MOST_HEADER = 1 << 14
@@ -35,7 +31,7 @@ _NAMES = {(1, "u1"): "Mono8", (1, "u2"): "Mono16", (3, "u1"): "RGB8", (3, "u2"):
 "Pixel formats of arrays without notes, by number of components and type of values; colours are R G B."
 
 
-class NpyRecording(Recording):
+class NpyRecording(RecordingReader):
     """An array (frames, height, width[, 3 or 4]); (height, width[, 3 or 4]) is one frame."""
 
     def __init__(self, path: Path) -> None:

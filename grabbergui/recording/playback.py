@@ -32,7 +32,9 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
-from grabbergui.recording import Recording, RecordingError, open_recording
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.opening import open_recording
+from grabbergui.recording.reader import RecordingReader
 
 log = logging.getLogger(__name__)
 
@@ -62,7 +64,7 @@ _FORMAT = "ImageFormatControl"
 
 
 @dataclass
-class PlaybackState:
+class PlaybackValues:
     """The values of the features."""
 
     frames: int
@@ -115,7 +117,7 @@ TREE = Category(
 )
 
 
-def feature(name: str, state: PlaybackState) -> Feature:
+def feature(name: str, state: PlaybackValues) -> Feature:
     """Return the current feature. `name` must be one of DESCRIPTIONS."""
     last = max(0, state.frames - 1)
     readings: dict[str, tuple[FeatureValue, dict[str, object]]] = {
@@ -154,8 +156,8 @@ class PlaybackGrabber(FrameGrabber):
         self._path = path
         self._topic = topic
         self._defaults = (loop, speed)
-        self._recording: Recording | None = None
-        self._state = PlaybackState(0, 0.0)
+        self._recording: RecordingReader | None = None
+        self._state = PlaybackValues(0, 0.0)
         self._changed = threading.Condition(threading.RLock())
         self._starting = threading.Lock()
         "Held during start and stop, so that no player starts before the previous one has ended."
@@ -170,7 +172,6 @@ class PlaybackGrabber(FrameGrabber):
         self._statistics = StreamStatistics()
         self._rates = RateMeter()
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access = Access.CONTROL) -> None:
         with self._changed:
@@ -181,7 +182,7 @@ class PlaybackGrabber(FrameGrabber):
             try:
                 recording = open_recording(self._path, topic=self._topic)
                 loop, speed = self._defaults
-                state = PlaybackState(len(recording), recording.duration, loop=loop, speed=speed)
+                state = PlaybackValues(len(recording), recording.duration, loop=loop, speed=speed)
                 first, fault = _first_readable(recording)
             except BaseException:
                 if recording is not None:
@@ -219,7 +220,6 @@ class PlaybackGrabber(FrameGrabber):
         recording = self._recording
         return recording.scan if recording is not None else None
 
-    # -- features --------------------------------------------------------------------------------
     @override
     def feature_tree(self) -> Category:
         return TREE
@@ -267,7 +267,6 @@ class PlaybackGrabber(FrameGrabber):
         self._require(name)
         raise FeatureError(f"{name} is no command; a recording has none", name)
 
-    # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
         with self._starting, self._changed:
@@ -304,8 +303,7 @@ class PlaybackGrabber(FrameGrabber):
     def statistics(self) -> StreamStatistics:
         return self._statistics.snapshot(self._rates)
 
-    # -- the player's thread ---------------------------------------------------------------------
-    def _play(self, recording: Recording) -> None:
+    def _play(self, recording: RecordingReader) -> None:
         signalled = 0.0
         while True:
             with self._changed:
@@ -340,7 +338,7 @@ class PlaybackGrabber(FrameGrabber):
             self._changed.wait(wait)
         return False
 
-    def _advance(self, recording: Recording, index: int) -> None:
+    def _advance(self, recording: RecordingReader, index: int) -> None:
         """Move on to the next frame, and set when it is due."""
         state = self._state
         if index + 1 < state.frames:
@@ -358,7 +356,7 @@ class PlaybackGrabber(FrameGrabber):
         # After a longer delay (on a busy computer), continue from now instead of catching up.
         self._due = max(self._due + min(gap, LONGEST_GAP) / state.speed, time.monotonic() - LOOP_PAUSE)
 
-    def _deliver(self, recording: Recording, index: int) -> None:
+    def _deliver(self, recording: RecordingReader, index: int) -> None:
         try:
             frame = recording.frame(index, time.time_ns())
         except GrabberError as error:
@@ -384,7 +382,7 @@ class PlaybackGrabber(FrameGrabber):
         return (times[index] - times[0]) / 1e9 if index < len(times) else 0.0
 
 
-def _first_readable(recording: Recording) -> tuple[Frame, str]:
+def _first_readable(recording: RecordingReader) -> tuple[Frame, str]:
     """Return a frame that can be read, and why an earlier one cannot, or "". Raises RecordingError.
 
     The first frames are all tried, those behind them in growing steps.

@@ -28,41 +28,14 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.sfnc import frame_rate
-from grabbergui.recording import RecordingError, RecordingKind, playable_frames
+from grabbergui.recording.errors import DiskFullError, RecordingError, SourceClosedError, UnfinishedFileError
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import playable_frames
 from grabbergui.recording.writer import RecordingWriter
 
 log = logging.getLogger(__name__)
 
 
-# -- why a recording ends ------------------------------------------------------------------------
-class DiskFullError(RecordingError):
-    """A recording ended because the disk is full. The frames written before are kept."""
-
-    def __init__(self, path: Path, free: int) -> None:
-        free = max(free, 0)  # frames that wait to be written may need more than there is
-        super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
-        self.path = path
-        self.free = free
-        "Free bytes, too few for another frame and the end of the file."
-
-
-class SourceClosedError(RecordingError):
-    """A recording ended because its source was closed."""
-
-    def __init__(self) -> None:
-        super().__init__("the source was closed")
-
-
-class UnfinishedFileError(RecordingError):
-    """The end of a recording could not be written."""
-
-    def __init__(self, path: Path, cause: Exception) -> None:
-        super().__init__(f"{path} could not be finished: {cause}")
-        self.path = path
-        self.cause = cause
-
-
-# -- the recorder --------------------------------------------------------------------------------
 QUEUE_DEPTH = 16
 "Most frames that wait for the disk: half the buffers of a stream, so that enough are left for others."
 RESERVE_BYTES = 32 << 20

@@ -17,7 +17,8 @@ from grabbergui.core import encoded_image, pfnc, ros_image
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.pfnc import Family
 from grabbergui.core.ros_image import RosCompressedImage, RosImage
-from grabbergui.recording import RecordingError, format_named
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.stored_frames import format_named
 
 Picture = tuple[NDArray[Any], str, int, int]
 "Lines of pixels, the PFNC name of their format, width, height."

@@ -23,19 +23,13 @@ from grabbergui.core.ros_image import (
     decode_string,
     decode_time_reference,
 )
-from grabbergui.recording import (
-    DEFAULT_RATE,
-    MAX_LINE,
-    FrameNote,
-    Recording,
-    RecordingError,
-    in_order_of_receipt,
-    parse_note,
-    rebuilt,
-    rising,
-)
+from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.message_store import IMAGE_TYPES, MessageStore, Place
+from grabbergui.recording.notes import MAX_LINE, FrameNote, parse_note
+from grabbergui.recording.reader import RecordingReader
 from grabbergui.recording.ros_pictures import Picture, of_compressed, of_image
+from grabbergui.recording.stored_frames import rebuilt
+from grabbergui.recording.times import DEFAULT_RATE, in_order_of_receipt, rising
 
 log = logging.getLogger(__name__)
 
@@ -53,7 +47,7 @@ _Key = tuple[int, int]
 "Sequence number and time: the number alone is not unique, as a camera that restarts counts from one again."
 
 
-class RosRecording(Recording):
+class RosRecording(RecordingReader):
     """The images of one topic, by default the one with the most images; or of all topics."""
 
     def __init__(self, path: Path, stores: Sequence[MessageStore], topic: str = "") -> None:
@@ -154,7 +148,6 @@ class RosRecording(Recording):
         channel = self._stores[place.store].channels.get(place.channel)
         return channel.note(key) if channel is not None else ""
 
-    # -- the choice of the topic -----------------------------------------------------------------
     def _choose(self, wanted: str) -> None:
         by_topic = self._by_topic(IMAGE_TYPES)
         if not by_topic:

@@ -19,8 +19,10 @@ from typing_extensions import override
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.recording import RecordingError, notes_beside
-from grabbergui.recording.writer import RecordingWriter, note_of, unpacked
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.file_names import notes_beside
+from grabbergui.recording.stored_frames import note_of, unpacked
+from grabbergui.recording.writer import RecordingWriter
 
 _LARGEST_TIFF = (1 << 32) - 1
 "Bytes. Places in a TIFF have 32 bits."

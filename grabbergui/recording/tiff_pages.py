@@ -124,9 +124,9 @@ def _pages(file: BufferedReader) -> list[Page]:
         return []
     version = struct.unpack_from(f"{order}H", head, 2)[0]
     if version == 42:
-        layout, at = _Layout(order, "H", "I", 4), struct.unpack_from(f"{order}I", head, 4)[0]
+        layout, at = _DirectoryLayout(order, "H", "I", 4), struct.unpack_from(f"{order}I", head, 4)[0]
     elif version == 43:
-        layout, at = _Layout(order, "Q", "Q", 8), struct.unpack_from(f"{order}Q", head, 8)[0]
+        layout, at = _DirectoryLayout(order, "Q", "Q", 8), struct.unpack_from(f"{order}Q", head, 8)[0]
     else:
         return []
     pages: list[Page] = []
@@ -147,7 +147,7 @@ def _pages(file: BufferedReader) -> list[Page]:
 
 
 @dataclass(frozen=True)
-class _Layout:
+class _DirectoryLayout:
     """The layout of directories: of TIFF or BigTIFF, in one byte order."""
 
     order: str

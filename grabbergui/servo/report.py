@@ -22,7 +22,7 @@ from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.json_text import to_json
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import ControlCycle

@@ -12,7 +12,7 @@ from grabbergui.cli.arguments import Outage
 from grabbergui.core.errors import GrabberError, MissingFileError, TransportError, UsageError
 from grabbergui.driver.camera import Camera
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
-from grabbergui.recording import open_recording
+from grabbergui.recording.opening import open_recording
 from lost_camera import away
 
 SMALL = "sim:?width=64&height=48&fps=100"

@@ -116,19 +116,19 @@ def script(path):
 
 
 def recording(path):
-    from grabbergui.recording import open_recording
+    from grabbergui.recording.opening import open_recording
 
     open_recording(path)
 
 
 def image(path):
-    from grabbergui.recording import open_recording
+    from grabbergui.recording.opening import open_recording
 
     open_recording(path.parent).frame(0, 0)
 
 
 def notes(path):
-    from grabbergui.recording import read_notes
+    from grabbergui.recording.notes import read_notes
 
     list(read_notes(path))
 

@@ -10,7 +10,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.component import Component
 from grabbergui.core.frame import Frame
 from grabbergui.driver.camera import Camera
-from grabbergui.recording import format_named, stored_name
+from grabbergui.recording.stored_frames import format_named, stored_name
 
 CODES = {"Mono8": 0x01080001, "BayerRG12Packed": 0x810C0002, "Mono8HB": 0x81080001, "EVT3_0": 0x81080300}
 XML = """<?xml version="1.0" encoding="utf-8"?>

@@ -5,7 +5,7 @@ import threading
 from grabbergui.models import recording
 from grabbergui.models.connection import Connection
 from grabbergui.models.recording import Recordings
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits, create_recorder
 from patience import PATIENCE, until
 

@@ -5,10 +5,7 @@ import numpy as np
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import (
-    MOVIE_KINDS,
-    RecordingKind,
-)
+from grabbergui.recording.kinds import MOVIE_KINDS, RecordingKind
 from grabbergui.recording.recorder import create_writer
 
 INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")

@@ -15,9 +15,11 @@ from mcap.writer import CompressionType, Writer
 from grabbergui.core.component import ComponentKind
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-from grabbergui.recording import RecordingError, mcap_file, open_recording
+from grabbergui.recording import mcap_file
 from grabbergui.recording.bag_folder import bag_files
 from grabbergui.recording.db3_file import Db3File
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.opening import open_recording
 
 SECOND = 10**9
 

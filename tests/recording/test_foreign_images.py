@@ -13,7 +13,9 @@ import pytest
 from av.video.frame import VideoFrame
 
 from grabbergui.core.errors import GrabberError, UsageError
-from grabbergui.recording import RecordingError, open_recording, tiff_pages
+from grabbergui.recording import tiff_pages
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.opening import open_recording
 
 
 def played(path):

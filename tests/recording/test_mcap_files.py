@@ -16,14 +16,12 @@ from recorded_frames import INFO, START, STEP, made, written
 
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-from grabbergui.recording import (
-    RecordingError,
-    RecordingKind,
-    in_order_of_receipt,
-    mcap_file,
-    open_recording,
-)
+from grabbergui.recording import mcap_file
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import open_recording
 from grabbergui.recording.recorder import create_writer
+from grabbergui.recording.times import in_order_of_receipt
 
 
 def test_an_mcap_is_played_in_the_order_of_receipt_though_the_clock_was_set_back(tmp_path):

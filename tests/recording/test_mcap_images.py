@@ -6,7 +6,8 @@ from mcap.writer import CompressionType, Writer
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-from grabbergui.recording import RecordingError, message_store
+from grabbergui.recording import message_store
+from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.mcap_file import McapFile
 from grabbergui.recording.ros_recording import RosRecording
 

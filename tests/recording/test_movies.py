@@ -20,19 +20,15 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import (
-    MOVIE_KINDS,
-    RecordingError,
-    RecordingKind,
-    open_recording,
-    playable_frames,
-)
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.kinds import MOVIE_KINDS, RecordingKind
+from grabbergui.recording.opening import open_recording, playable_frames
 from grabbergui.recording.recorder import create_writer
 from patience import PATIENCE, until
 
 av = pytest.importorskip("av", reason="needs the package av")
 
-from grabbergui.recording import notes_beside  # noqa: E402
+from grabbergui.recording.file_names import notes_beside  # noqa: E402
 from grabbergui.recording.movie_writer import FRAGMENT, MovieFile  # noqa: E402
 
 INFO = DeviceInfo("sim:", model="M")

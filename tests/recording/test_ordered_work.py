@@ -8,9 +8,10 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording import RecordingKind, open_recording
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import open_recording
+from grabbergui.recording.ordered_work import OrderedWork
 from grabbergui.recording.recorder import create_writer
-from grabbergui.recording.writer import OrderedWork
 from patience import PATIENCE
 
 INFO = DeviceInfo("sim:", model="M")

@@ -22,7 +22,10 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import RecordingError, RecordingKind, open_recording, playback
+from grabbergui.recording import playback
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import open_recording
 from grabbergui.recording.recorder import create_writer
 from patience import PATIENCE, attempts, until
 

@@ -16,7 +16,8 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import RecordingKind, open_recording
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import open_recording
 from grabbergui.recording.recorder import RecordingLimits, create_recorder, create_writer
 from patience import PATIENCE
 

@@ -14,16 +14,12 @@ from recorded_frames import INFO, NAMES, START, STEP, made, written
 from grabbergui.core import pfnc
 from grabbergui.core.errors import ExistingFileError, GrabberError, UsageError
 from grabbergui.core.frame import Frame, FrameStatus
-from grabbergui.recording import (
-    MAX_LINE,
-    RecordingError,
-    RecordingKind,
-    kind_of,
-    open_recording,
-    parse_note,
-)
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.kinds import RecordingKind, kind_of
+from grabbergui.recording.notes import MAX_LINE, parse_note
+from grabbergui.recording.opening import open_recording
 from grabbergui.recording.recorder import create_writer
-from grabbergui.recording.writer import note_of
+from grabbergui.recording.stored_frames import note_of
 
 
 @pytest.mark.parametrize("suffix", ["", ".mcap", ".mp4"])

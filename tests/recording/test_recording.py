@@ -12,14 +12,11 @@ from recorded_frames import INFO, NAMES, made, written
 from grabbergui import sources
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import (
-    MOVIE_KINDS,
-    RecordingKind,
-    open_recording,
-    playable_frames,
-    playback,
-)
-from grabbergui.recording.recorder import DiskFullError, Recorder, RecordingLimits, create_writer
+from grabbergui.recording import playback
+from grabbergui.recording.errors import DiskFullError
+from grabbergui.recording.kinds import MOVIE_KINDS, RecordingKind
+from grabbergui.recording.opening import open_recording, playable_frames
+from grabbergui.recording.recorder import Recorder, RecordingLimits, create_writer
 from patience import PATIENCE, until
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grabbergui import sources
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, create_writer
 from patience import PATIENCE
 

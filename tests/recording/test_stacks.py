@@ -11,7 +11,10 @@ from recorded_frames import INFO, START, STEP, made, written
 
 from grabbergui.cli import main
 from grabbergui.core.errors import UsageError
-from grabbergui.recording import RecordingError, RecordingKind, open_recording, playable_frames, stack_writer
+from grabbergui.recording import stack_writer
+from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import open_recording, playable_frames
 from grabbergui.recording.recorder import create_writer
 
 SMALL = "sim:?width=64&height=48&fps=100"

@@ -15,7 +15,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from lost_camera import away
 from patience import PATIENCE
 

@@ -9,7 +9,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.playback import PlaybackState
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import create_writer
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.recording_bars import PlaybackBar, RecordingBar

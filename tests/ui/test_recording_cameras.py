@@ -7,7 +7,8 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.recording import RecordingKind, open_recording
+from grabbergui.recording.kinds import RecordingKind
+from grabbergui.recording.opening import open_recording
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.views.recording_bars import RecordingBar
 

@@ -18,7 +18,7 @@ from grabbergui.models.open_source import LinkState, OpenSource, lack_of
 from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.models.recording import Recordings
 from grabbergui.models.source_messages import CurrentMessages
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.application import Preferences
 from grabbergui.ui.gui_thread import Bridge

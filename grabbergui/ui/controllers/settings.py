@@ -31,7 +31,7 @@ from grabbergui.models.settings.user_sets import (
     user_sets,
 )
 from grabbergui.models.source_messages import CurrentMessages
-from grabbergui.recording import VIDEO_SUFFIXES
+from grabbergui.recording.opening import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog

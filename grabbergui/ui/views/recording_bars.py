@@ -19,7 +19,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.language import counted, localized
 from grabbergui.models.playback import PlaybackState
-from grabbergui.recording import RecordingKind
+from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
