@@ -15,8 +15,8 @@ from grabbergui.calibration.hand_eye_model import (
     Problem,
     camera_from_target,
     information,
-    propose,
 )
+from grabbergui.calibration.hand_eye_proposals import propose
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots import teo

@@ -18,7 +18,8 @@ import numpy as np
 from benchmarks._priority import run_as_others
 from grabbergui import cli
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import Grey, MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import Grey
 from grabbergui.cli import servo_robots
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config

@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from fuzz._input import Input, erring, refusing
 from grabbergui.calibration import camera_info
+from grabbergui.calibration.opencv_yaml import read_yaml
 from grabbergui.core import encoded_image, ros_image
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.ros_image import RosImage
@@ -98,7 +99,7 @@ def _image(source: Input) -> None:
 
 def _calibration(source: Input) -> None:
     text = source.rest().decode("utf-8", "replace")
-    values = erring(camera_info.read_yaml, text, "input")
+    values = erring(read_yaml, text, "input")
     calibration = erring(camera_info.parse, text)
     if calibration is not None:
         again = camera_info.parse(camera_info.dump(calibration))

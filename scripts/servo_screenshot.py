@@ -16,7 +16,7 @@ import numpy as np
 from psygnal import Signal
 from PyQt5.QtTest import QTest
 
-from grabbergui.calibration.hand_eye import Placement
+from grabbergui.calibration.hand_eye_file import CameraMount
 from grabbergui.core.frame import Frame
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop
@@ -87,7 +87,7 @@ def hand_eye(beside: Path) -> None:
     cameras = SimulatedCameras(robot)
     gate, calibration = CommandGate(robot, config), closed_loop.calibration().scaled_to
     stand = HandEyeStand(
-        robot, gate, config, cameras, calibration, lambda eye: Placement(eye, "hand", "camera"), "hand",
+        robot, gate, config, cameras, calibration, lambda eye: CameraMount(eye, "hand", "camera"), "hand",
         leave=cameras.close,
     )  # fmt: skip
     dialog = HandEyeDialog()

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.hand_eye import Placement
+from grabbergui.calibration.hand_eye_file import CameraMount
 from grabbergui.calibration.hand_eye_model import Guess, camera_from_target
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
@@ -132,7 +132,7 @@ class BenchStand(HandEyeStand):
     def __init__(self, bench):
         self.bench = bench
         super().__init__(
-            bench.robot, bench.gate, bench.config, None, None, lambda eye: Placement(eye, "mount", "eye"),
+            bench.robot, bench.gate, bench.config, None, None, lambda eye: CameraMount(eye, "mount", "eye"),
             bench.eye, clock=lambda: bench.now, pause=bench.pause,
         )  # fmt: skip
 

@@ -21,6 +21,16 @@ from grabbergui.calibration.markers import Grey
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import CalibrationError, UsageError
 
+FEWEST_VIEWS = 5
+MOST_VIEWS = 200
+_DIFFERENT = 0.06
+"Least distance of a view's `ViewPlacement` from all others."
+_STILL = 0.003
+"Most movement of corners from image to image, relative to the image's longer side."
+_BAD_VIEW = 2.5
+"Error of a view that is left out, relative to the median."
+
+
 GRID = (8, 6)
 "Columns and rows of cells of the image, in which corners are counted."
 TILTED = 0.08
@@ -32,7 +42,7 @@ Counts = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class ViewPlacement:
     """Position, size and slant of the board in a view, each about 0 to 1, to compare views."""
 
     x: float
@@ -43,7 +53,7 @@ class Placement:
     slant_y: float
     "Positive if its lower edge is nearer."
 
-    def apart(self, other: Placement) -> float:
+    def apart(self, other: ViewPlacement) -> float:
         """Return the largest difference to another placement."""
         return float(np.abs(self._vector - other._vector).max())
 
@@ -67,7 +77,7 @@ class Coverage:
     sizes: Counts = field(default_factory=lambda: _zeros(3))
     "Views by distance: far, medium, near."
 
-    def add(self, view: View, placement: Placement, size: tuple[int, int]) -> None:
+    def add(self, view: View, placement: ViewPlacement, size: tuple[int, int]) -> None:
         """Count a view in an image of `size`."""
         places = (view.image / size * GRID).astype(int)
         inside = ((places >= 0) & (places < GRID)).all(axis=1)
@@ -113,17 +123,7 @@ def _third(slant: float) -> int:
     return 0 if slant < -TILTED else 2 if slant > TILTED else 1
 
 
-FEWEST_VIEWS = 5
-MOST_VIEWS = 200
-_DIFFERENT = 0.06
-"Least distance of a view's `Placement` from all others."
-_STILL = 0.003
-"Most movement of corners from image to image, relative to the image's longer side."
-_BAD_VIEW = 2.5
-"Error of a view that is left out, relative to the median."
-
-
-class Verdict(Enum):
+class ViewVerdict(Enum):
     """The result of examining an image; the values are display text."""
 
     NOT_SEEN = "no board is seen"
@@ -166,14 +166,14 @@ class Collector:
         self._board = board
         self._still = still
         self._size: tuple[int, int] | None = None
-        self._placements: list[Placement] = []
+        self._placements: list[ViewPlacement] = []
 
     @property
     def complete(self) -> bool:
         """Whether there are enough views."""
         return len(self.views) >= self.wanted
 
-    def look(self, grey: Grey, keep: bool = True) -> Verdict:
+    def look(self, grey: Grey, keep: bool = True) -> ViewVerdict:
         """Examine an image (rows, columns) uint8, and keep its view if it differs from those before.
 
         With `keep` false, only return the result. Raises CalibrationError for an image of another size.
@@ -186,17 +186,17 @@ class Collector:
         before, self.last = self.last, self._board.find(grey)
         view = self.last
         if view is None:
-            return Verdict.NOT_SEEN
+            return ViewVerdict.NOT_SEEN
         if self._still and (before is None or _moved(before, view) > _STILL * max(size)):
-            return Verdict.MOVING
+            return ViewVerdict.MOVING
         placement = placed(view, size)
         if any(placement.apart(other) < _DIFFERENT for other in self._placements):
-            return Verdict.KNOWN
+            return ViewVerdict.KNOWN
         if keep:
             self._placements.append(placement)
             self.views.append(view)
             self.coverage.add(view, placement, size)
-        return Verdict.KEPT
+        return ViewVerdict.KEPT
 
     def solve(
         self,
@@ -252,7 +252,7 @@ class Collector:
         )
 
 
-def placed(view: View, size: tuple[int, int]) -> Placement:
+def placed(view: View, size: tuple[int, int]) -> ViewPlacement:
     """Return the placement of a board in an image of `size`."""
     flat = cv2.findHomography(view.board[:, :2], view.image)[0]
     low, high = view.board[:, :2].min(axis=0), view.board[:, :2].max(axis=0)
@@ -267,7 +267,7 @@ def placed(view: View, size: tuple[int, int]) -> Placement:
     )
     middle = view.image.mean(axis=0) / size
     scale = math.sqrt(abs(float(cv2.contourArea(outline.astype(np.float32)))))
-    return Placement(
+    return ViewPlacement(
         float(middle[0]),
         float(middle[1]),
         scale / max(size),

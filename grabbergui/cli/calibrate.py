@@ -11,6 +11,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grabbergui.calibration.hand_eye_file import static_transform_command
 from grabbergui.cli import servo, servo_robots
 from grabbergui.cli.arguments import count, opened, part, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
@@ -22,7 +23,8 @@ from grabbergui.core.visible_text import print_line
 if TYPE_CHECKING:
     from grabbergui.calibration.boards import BoardSettings
     from grabbergui.calibration.collector import Collector
-    from grabbergui.calibration.hand_eye import HandEyeResult, Placement
+    from grabbergui.calibration.hand_eye import HandEyeResult
+    from grabbergui.calibration.hand_eye_file import CameraMount
     from grabbergui.core.identity import DeviceInfo
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
@@ -95,13 +97,13 @@ def settings(options: argparse.Namespace) -> BoardSettings:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from grabbergui.calibration import boards, camera_info
+    from grabbergui.calibration import camera_info, printed_sheet
     from grabbergui.calibration.collector import Collector
 
     board = settings(options).board()
     if options.sheet is not None:
         try:
-            sheet = boards.save(board, options.sheet)
+            sheet = printed_sheet.save(board, options.sheet)
         except OSError as fault:
             raise GrabberError(f"{options.sheet} could not be written: {fault.strerror or fault}") from fault
         print_line(f"saved as {options.sheet}; print it on {sheet.paper} at 100 %, and measure the rule")
@@ -151,14 +153,14 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
 
 def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
     """Collect views from the source until there are enough, or the time is up; return the camera."""
-    from grabbergui.calibration.collector import Verdict
+    from grabbergui.calibration.collector import ViewVerdict
 
     wrong = "--columns, --rows" + (" and --dictionary" if options.board == "charuco" else "")
     waiting = {
-        Verdict.NOT_SEEN: "no board is seen: bring all of it into the image, lit and in focus, "
+        ViewVerdict.NOT_SEEN: "no board is seen: bring all of it into the image, lit and in focus, "
         f"and check {wrong}",
-        Verdict.MOVING: "the board moves: hold it still for a moment",
-        Verdict.KNOWN: "this view is known: hold the board elsewhere, nearer, farther or tilted",
+        ViewVerdict.MOVING: "the board moves: hold it still for a moment",
+        ViewVerdict.KNOWN: "this view is known: hold the board elsewhere, nearer, farther or tilted",
     }
     with opened(options.source) as grabber:
         queue = grabber.open_queue(1)
@@ -178,8 +180,8 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                 if not frame.complete:
                     continue
                 verdict, now = collector.look(frame.mono()), time.monotonic()
-                seen |= verdict is not Verdict.NOT_SEEN
-                if verdict is Verdict.KEPT:
+                seen |= verdict is not ViewVerdict.NOT_SEEN
+                if verdict is ViewVerdict.KEPT:
                     hint = collector.coverage.missing()
                     said = now
                     print_line(
@@ -245,7 +247,7 @@ def _add_hand_eye(commands: Any) -> None:
 
 
 def _hand_eye(options: argparse.Namespace) -> int:
-    from grabbergui.calibration import hand_eye
+    from grabbergui.calibration import hand_eye_file
     from grabbergui.servo.gate import CommandGate
     from grabbergui.servo.hand_eye_run import HandEyeRun, watched
     from grabbergui.servo.hand_eye_stand import TargetWatch
@@ -271,7 +273,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
         result = run.run(options.views)
         placement = servo_robots.placement(options)
         _print_hand_eye(result, placement)  # first: saving may fail, on a full disk for instance
-        hand_eye.save(result, options.out, placement)
+        hand_eye_file.save(result, options.out, placement)
         print_line(f"saved as {options.out}", flush=True)
         if options.publish_ros2:
             _publish(result, placement, stop)
@@ -317,8 +319,7 @@ class _Report:
             print_line(f"{time.monotonic() - self._began:7.2f} s  {progress.text}", flush=True)
 
 
-def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
-    from grabbergui.calibration import hand_eye
+def _print_hand_eye(result: HandEyeResult, placement: CameraMount) -> None:
 
     used = sum(not math.isnan(error) for error in result.errors)
     metres, radians = result.uncertainty
@@ -330,10 +331,10 @@ def _print_hand_eye(result: HandEyeResult, placement: Placement) -> None:
         if offsets.any():
             degrees = " ".join(f"{math.degrees(offset):+.2f}" for offset in offsets)
             print_line(f"offsets of the joints that carry the {name}: {degrees}°")
-    print_line(hand_eye.static_transform_command(result, placement), flush=True)
+    print_line(static_transform_command(result, placement), flush=True)
 
 
-def _publish(result: HandEyeResult, placement: Placement, stop: threading.Event) -> None:
+def _publish(result: HandEyeResult, placement: CameraMount, stop: threading.Event) -> None:
     from grabbergui.net.ros2.camera_pose import StaticFrame
 
     frame = StaticFrame(placement.mount, placement.frame, placement.on_mount(result.camera))

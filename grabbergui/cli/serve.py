@@ -26,7 +26,7 @@ from grabbergui.core.uri import SIMULATED, SourceUri
 from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.camera_info import FittedCalibration
+    from grabbergui.calibration.fitting import FittedCalibration
     from grabbergui.cli.metrics import MetricsServer
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.net.yarp.server import YarpGrabberServer
@@ -251,7 +251,7 @@ def _metrics(
 
 def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibration:
     """Return the calibration that all networks share. Raises UsageError if its file cannot be used."""
-    from grabbergui.calibration.camera_info import FittedCalibration
+    from grabbergui.calibration.fitting import FittedCalibration
 
     file = Path(options.calibration) if options.calibration else None
     # With ROS 2 it may be a new file for set_camera_info to write, but never one of the program's own.

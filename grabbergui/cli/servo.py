@@ -26,7 +26,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.camera_info import CalibrationFor
+    from grabbergui.calibration.calibration_choice import CalibrationFor
     from grabbergui.core.frame import Frame
     from grabbergui.servo.config import Config, MarkerConfig
     from grabbergui.servo.loop import ControlCycle

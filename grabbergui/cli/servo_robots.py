@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grabbergui.calibration import hand_eye_file
 from grabbergui.cli.arguments import opened
 from grabbergui.cli.gui import importing_window
 from grabbergui.cli.process import stop_on_signals
@@ -19,8 +20,8 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.visible_text import print_line
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.camera_info import CalibrationFor
-    from grabbergui.calibration.hand_eye import Placement
+    from grabbergui.calibration.calibration_choice import CalibrationFor
+    from grabbergui.calibration.hand_eye_file import CameraMount
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
     from grabbergui.servo.gate import CommandGate
@@ -140,10 +141,9 @@ def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> No
 
 def place_camera(robot: Robot, file: Path) -> None:
     """Use the camera's pose from a hand–eye calibration. Raises UsageError, OSError."""
-    from grabbergui.calibration import hand_eye
     from grabbergui.servo.robots.robot import CameraPlace
 
-    result, placement = hand_eye.load(file), hand_eye.placement(file)
+    result, placement = hand_eye_file.load(file), hand_eye_file.placement(file)
     if placement is not None and placement.eye != "head":
         raise UsageError(
             f"{file} is of a camera that {'is on the hand' if placement.eye == 'hand' else 'stands'}; "
@@ -154,9 +154,8 @@ def place_camera(robot: Robot, file: Path) -> None:
     robot.placed = CameraPlace(result.camera, result.camera_offsets)
 
 
-def placement(options: argparse.Namespace) -> Placement:
+def placement(options: argparse.Namespace) -> CameraMount:
     """Return the mount of the camera, with tf's names as far as they are known."""
-    from grabbergui.calibration import hand_eye
     from grabbergui.calibration.geometry import pose
 
     eye, turned = options.eye, pose()
@@ -167,7 +166,9 @@ def placement(options: argparse.Namespace) -> Placement:
         mount = {"head": tiago.HEAD, "hand": options.hand_frame or tiago.HAND, "fixed": tiago.BASE}[eye]
         if eye == "hand":
             turned = pose(tiago.HAND_AXES)
-    return hand_eye.Placement(eye, options.mount_frame or mount, options.camera_frame or "camera", turned)
+    return hand_eye_file.CameraMount(
+        eye, options.mount_frame or mount, options.camera_frame or "camera", turned
+    )
 
 
 def hand_eye_stand(
@@ -177,7 +178,7 @@ def hand_eye_stand(
     from grabbergui.servo.hand_eye_run import VIEWS
     from grabbergui.servo.hand_eye_stand import HandEyeStand
 
-    def place(eye: str) -> Placement:
+    def place(eye: str) -> CameraMount:
         return placement(argparse.Namespace(**{"mount_frame": None, **vars(options), "eye": eye}))
 
     cameras = scene.cameras
@@ -340,7 +341,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
 
     Raises UsageError with the ways out of none.
     """
-    from grabbergui.calibration.camera_info import CalibrationChoice
+    from grabbergui.calibration.calibration_choice import CalibrationChoice
     from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 
     if options.calibration is not None:

@@ -267,7 +267,7 @@ def _add_tiago(commands: Any) -> None:
 
 def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.calibration import camera_info
-    from grabbergui.calibration.camera_info import FittedCalibration
+    from grabbergui.calibration.fitting import FittedCalibration
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.robots.strangers import Ros2Stranger

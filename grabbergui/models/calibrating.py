@@ -18,7 +18,7 @@ from psygnal import Signal
 
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.collector import Collector, Coverage, Result, Verdict
+from grabbergui.calibration.collector import Collector, Coverage, Result, ViewVerdict
 from grabbergui.core.errors import CalibrationError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
@@ -59,7 +59,7 @@ class Preview:
 class BoardPreview(Preview):
     """The newest frame and the state of the collection."""
 
-    verdict: Verdict | None
+    verdict: ViewVerdict | None
     coverage: Coverage
     views: int
     "Number of views kept so far."
@@ -237,7 +237,7 @@ class CalibratingModel:
     def _see(self, frame: Frame) -> None:
         collector = self._collector
         verdict = collector.look(frame.mono(), keep=self._collecting)
-        if verdict is Verdict.KEPT and self._collecting:
+        if verdict is ViewVerdict.KEPT and self._collecting:
             self.images.append(for_display(frame, None, KEPT_SIZE))
         image = render(frame, *self._view, DisplaySettings())
         self._put(self._preview(image, (frame.width, frame.height), verdict))
@@ -246,7 +246,7 @@ class CalibratingModel:
             self._solve(None, self.requests)
 
     def _preview(
-        self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None
+        self, image: DisplayImage | None, size: tuple[int, int], verdict: ViewVerdict | None
     ) -> BoardPreview:
         collector = self._collector
         hint = hint_text(collector.coverage.missing()) if image is not None else ""
@@ -284,13 +284,13 @@ class CalibratingModel:
         self.solved.emit(Solution(result, chosen, [view.image for view in self._collector.views], request))
 
 
-def verdict_text(verdict: Verdict) -> str:
+def verdict_text(verdict: ViewVerdict) -> str:
     """Return the outcome of one detection, in the user's language."""
     return {
-        Verdict.NOT_SEEN: translate("Calibrating", "no board is seen"),
-        Verdict.MOVING: translate("Calibrating", "hold it still"),
-        Verdict.KNOWN: translate("Calibrating", "this view is there already"),
-        Verdict.KEPT: translate("Calibrating", "kept"),
+        ViewVerdict.NOT_SEEN: translate("Calibrating", "no board is seen"),
+        ViewVerdict.MOVING: translate("Calibrating", "hold it still"),
+        ViewVerdict.KNOWN: translate("Calibrating", "this view is there already"),
+        ViewVerdict.KEPT: translate("Calibrating", "kept"),
     }[verdict]
 
 

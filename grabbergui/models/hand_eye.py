@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.calibration import geometry, hand_eye
-from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, Placement
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration import geometry, hand_eye_file
+from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult
+from grabbergui.calibration.hand_eye_file import CameraMount
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.errors import GrabberError, RobotStoppedError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
@@ -79,7 +80,7 @@ class Solution:
 
     setup: Setup
     result: HandEyeResult
-    placement: Placement
+    placement: CameraMount
     joints: list[NDArray[np.float64]]
     "The joint angles of each pose in radians."
     compared: tuple[str, float, float] | None
@@ -197,7 +198,7 @@ class HandEyeModel:
             self._running = True
             self._jobs.put(self._compute)
 
-    def save(self, path: Path, placement: Placement) -> None:
+    def save(self, path: Path, placement: CameraMount) -> None:
         """Write the robot's file; `saved` or `failed` follows."""
         solution = self.solution
 
@@ -205,7 +206,7 @@ class HandEyeModel:
             if solution is None:
                 return
             try:
-                hand_eye.save(solution.result, path, placement)
+                hand_eye_file.save(solution.result, path, placement)
             except OSError as error:
                 text = translate("HandEye", "the result could not be saved as {0}: {1}")
                 self.failed.emit(text.format(path, error.strerror or error))
@@ -225,7 +226,7 @@ class HandEyeModel:
             self.stand.use_again(self._before)
         self._in_use = on
 
-    def publish(self, on: bool, placement: Placement) -> None:
+    def publish(self, on: bool, placement: CameraMount) -> None:
         """Publish the camera's frame on `/tf_static`, or withdraw it; `published` or `failed` follows."""
         solution = self.solution
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, Placement
+from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult
+from grabbergui.calibration.hand_eye_file import CameraMount
 from grabbergui.models.language import driver_text, localized, translate
 from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.servo.hand_eye_run import SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
@@ -97,7 +98,7 @@ def ended_text(problem: str, views: int) -> str:
     return text.format(problem, views, FEWEST_VIEWS)
 
 
-def result_rows(result: HandEyeResult, placement: Placement) -> list[tuple[str, str]]:
+def result_rows(result: HandEyeResult, placement: CameraMount) -> list[tuple[str, str]]:
     """Return the names and values of a result, the values as HTML."""
     camera, covariance = placement.on_mount(result.camera), _on_mount(result, placement)
     spread = np.sqrt(np.diag(covariance))
@@ -166,7 +167,7 @@ def with_spread(value: float, spread: float, fewest: int) -> str:
     return f"{signed(value, decimals)}\u00a0±\u00a0{spread:.{decimals}f}"
 
 
-def _on_mount(result: HandEyeResult, placement: Placement) -> Pose:
+def _on_mount(result: HandEyeResult, placement: CameraMount) -> Pose:
     """Return the covariance of a result in the axes of the mount's frame."""
     turn = np.kron(np.eye(2), placement.turned[:3, :3])
     turned: Pose = turn @ result.covariance @ turn.T

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.calibration.camera_info import CalibrationFor
+from grabbergui.calibration.calibration_choice import CalibrationFor
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, SourceUnavailableError

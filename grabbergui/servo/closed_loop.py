@@ -17,7 +17,8 @@ from typing_extensions import override
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.markers import MarkerDetection, dictionary_number
+from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import dictionary_number
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo

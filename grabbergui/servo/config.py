@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.calibration.markers import BOARD_KINDS, MarkerBoard, check_marker
+from grabbergui.calibration.marker_boards import BOARD_KINDS, MarkerBoard
+from grabbergui.calibration.markers import check_marker
 from grabbergui.config import parse_ini, read_ini
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import UsageError

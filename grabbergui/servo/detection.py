@@ -30,7 +30,9 @@ import cv2
 import numpy as np
 from typing_extensions import override
 
-from grabbergui.calibration.markers import ArucoDetector, BoardDetector, Grey, MarkerDetection
+from grabbergui.calibration.marker_boards import BoardDetector
+from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import ArucoDetector, Grey
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import SourceUnavailableError, UsageError

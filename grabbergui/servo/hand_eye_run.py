@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.hand_eye import FEWEST_VIEWS, HandEyeResult, solve
-from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints, propose
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints
+from grabbergui.calibration.hand_eye_proposals import propose
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import CalibrationError, RobotStoppedError, SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config

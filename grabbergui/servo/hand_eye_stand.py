@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from grabbergui.calibration import hand_eye
-from grabbergui.calibration.camera_info import CalibrationFor
+from grabbergui.calibration import hand_eye_file
+from grabbergui.calibration.calibration_choice import CalibrationFor
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.hand_eye import HandEyeResult, Placement
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.hand_eye import HandEyeResult
+from grabbergui.calibration.hand_eye_file import CameraMount
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
@@ -169,7 +170,7 @@ class HandEyeStand:
     config: Config
     cameras: Cameras
     calibration: CalibrationFor
-    placement: Callable[[str], Placement]
+    placement: Callable[[str], CameraMount]
     "Frames of tf for an entry of `hand_eye_run.EYES`."
     eye: str = "head"
     "Proposed place of the camera."
@@ -220,7 +221,7 @@ class HandEyeStand:
             return "robot", self.robot.placed.camera
         if self.file is not None and self.file.is_file():
             try:
-                result, placed = hand_eye.load(self.file), hand_eye.placement(self.file)
+                result, placed = hand_eye_file.load(self.file), hand_eye_file.placement(self.file)
             except (UsageError, OSError):
                 result, placed = None, None
             if result is not None and placed is not None and placed.eye == eye:
@@ -237,7 +238,7 @@ class HandEyeStand:
         """Undo `use`."""
         self.robot.placed = before
 
-    def publish(self, placement: Placement, camera: Pose) -> None:
+    def publish(self, placement: CameraMount, camera: Pose) -> None:
         """Publish the camera's frame on `/tf_static` instead of the one before.
 
         Raises SourceUnavailableError without ROS 2 or tf's messages.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.markers import MarkerDetection
+    from grabbergui.calibration.marker_pose import MarkerDetection
     from grabbergui.core.calibration import Calibration
     from grabbergui.servo.config import HeadConfig
     from grabbergui.servo.detection import FaceDetection, Sighting

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.markers import AMBIGUITY_ANGLE, MarkerDetection
+from grabbergui.calibration.marker_pose import AMBIGUITY_ANGLE, MarkerDetection
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
 

@@ -11,9 +11,10 @@ import cv2
 import numpy as np
 import pytest
 
-from grabbergui.calibration import boards
+from grabbergui.calibration import boards, printed_sheet
 from grabbergui.calibration.boards import SEARCH_PIXELS, BoardSettings, CharucoBoard, Chessboard
 from grabbergui.calibration.collector import placed
+from grabbergui.calibration.printed_sheet import pdf, raster, sheet_for
 from grabbergui.core.errors import UsageError
 from patience import PROGRAM
 
@@ -47,9 +48,9 @@ def test_a_charuco_board_looks_as_opencv_draws_it(columns, rows, dictionary, cel
 
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])
 def test_a_board_on_paper_is_found_at_its_true_size(board):
-    sheet = boards.sheet_for(board)
+    sheet = sheet_for(board)
     dpi = 150
-    view = board.find(boards.raster(board, sheet, dpi))
+    view = board.find(raster(board, sheet, dpi))
     assert len(view.ids) == 35
     metres = view.image / dpi * 0.0254
     apart = np.linalg.norm(metres - metres[0], axis=1)
@@ -58,8 +59,8 @@ def test_a_board_on_paper_is_found_at_its_true_size(board):
 
 
 def test_the_pdf_holds_the_board_and_the_rule_in_points():
-    sheet = boards.sheet_for(CHARUCO)
-    file = boards.pdf(CHARUCO, sheet).decode("latin-1")
+    sheet = sheet_for(CHARUCO)
+    file = pdf(CHARUCO, sheet).decode("latin-1")
     assert "/MediaBox [0 0 841.8898 595.2756]" in file
     rectangles = [
         tuple(map(float, found)) for found in re.findall(r"([-\d.]+) ([-\d.]+) ([-\d.]+) ([-\d.]+) re", file)
@@ -77,7 +78,7 @@ def test_the_pdf_holds_the_board_and_the_rule_in_points():
 @pytest.mark.skipif(shutil.which("pdftoppm") is None, reason="needs poppler-utils")
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])
 def test_another_program_prints_the_pdf_at_its_true_size(board, tmp_path):
-    boards.save(board, tmp_path / "board.pdf")
+    printed_sheet.save(board, tmp_path / "board.pdf")
     command = ["pdftoppm", "-r", "150", "-gray", "-singlefile", tmp_path / "board.pdf", tmp_path / "page"]
     subprocess.run(command, check=True, timeout=PROGRAM)
     page = cv2.imread(str(tmp_path / "page.pgm"), cv2.IMREAD_GRAYSCALE)
@@ -87,7 +88,7 @@ def test_another_program_prints_the_pdf_at_its_true_size(board, tmp_path):
 
 
 def test_the_png_knows_its_resolution(tmp_path):
-    sheet = boards.save(CHESSBOARD, tmp_path / "board.png")
+    sheet = printed_sheet.save(CHESSBOARD, tmp_path / "board.png")
     file = (tmp_path / "board.png").read_bytes()
     place = file.index(b"pHYs")
     along_x, along_y, unit, check = struct.unpack_from(">IIBI", file, place + 4)
@@ -108,20 +109,20 @@ def test_the_png_knows_its_resolution(tmp_path):
     ],
 )
 def test_the_smallest_paper_is_chosen(settings, paper):
-    assert boards.sheet_for(settings.board()).paper == paper
+    assert sheet_for(settings.board()).paper == paper
 
 
 def test_a_board_that_fits_no_paper_and_a_file_of_another_kind_are_refused(tmp_path):
     with pytest.raises(UsageError, match="A0"):
-        boards.sheet_for(Chessboard(20, 20, 0.1))
+        sheet_for(Chessboard(20, 20, 0.1))
     with pytest.raises(UsageError, match=r"\.pdf or \.png"):
-        boards.save(CHESSBOARD, tmp_path / "board.jpg")
+        printed_sheet.save(CHESSBOARD, tmp_path / "board.jpg")
 
 
 @pytest.mark.parametrize("name", ["board.pdf", "board.png"])
 def test_a_full_disk_leaves_no_part_of_a_sheet(tmp_path, full_disk, name):
     with full_disk(), pytest.raises(OSError, match="too large"):
-        boards.save(CHESSBOARD, tmp_path / name)
+        printed_sheet.save(CHESSBOARD, tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import CharucoBoard, Chessboard
-from grabbergui.calibration.collector import Collector, Coverage, Placement, Verdict, placed
+from grabbergui.calibration.collector import Collector, Coverage, ViewPlacement, ViewVerdict, placed
 from grabbergui.cli import EXIT_FAILURE, CommandParser, calibrate, main
 from grabbergui.core.errors import CalibrationError, UsageError
 from grabbergui.core.identity import DeviceInfo
@@ -71,8 +71,8 @@ def test_the_camera_that_drew_the_views_is_found(kind, views):
 
 def test_a_view_is_kept_once_and_the_same_again_is_not():
     collector, view = Collector(CHARUCO), image(texture("charuco"), at(0.45, 0, 0, yaw=20))
-    assert collector.look(view) is Verdict.KEPT
-    assert collector.look(view) is not Verdict.KEPT
+    assert collector.look(view) is ViewVerdict.KEPT
+    assert collector.look(view) is not ViewVerdict.KEPT
     assert len(collector.views) == 1
     assert 0 < collector.coverage.part < 1
     assert collector.coverage.missing() == "at the top left"
@@ -80,8 +80,8 @@ def test_a_view_is_kept_once_and_the_same_again_is_not():
 
 def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
-    assert collector.look(np.zeros((HEIGHT, WIDTH), np.uint8)) is not Verdict.KEPT
-    assert collector.look(image(texture("charuco"), at(2.5, 0, 0))) is not Verdict.KEPT
+    assert collector.look(np.zeros((HEIGHT, WIDTH), np.uint8)) is not ViewVerdict.KEPT
+    assert collector.look(image(texture("charuco"), at(2.5, 0, 0))) is not ViewVerdict.KEPT
     with pytest.raises(CalibrationError, match="views of the board, not 0"):
         collector.solve()
 
@@ -114,18 +114,18 @@ def test_only_a_board_at_rest_is_kept():
     collector, pattern = Collector(CHARUCO, still=True), texture("charuco")
     first, moved = image(pattern, at(0.45, 0, 0, yaw=20)), image(pattern, at(0.45, 0.02, 0, yaw=20))
     assert [collector.look(grey) for grey in (first, moved, moved, moved)] == [
-        Verdict.MOVING,
-        Verdict.MOVING,
-        Verdict.KEPT,
-        Verdict.KNOWN,
+        ViewVerdict.MOVING,
+        ViewVerdict.MOVING,
+        ViewVerdict.KEPT,
+        ViewVerdict.KNOWN,
     ]
-    assert collector.look(np.zeros_like(first)) is Verdict.NOT_SEEN
-    assert collector.look(first) is Verdict.MOVING  # seen anew: it may just have been put there
+    assert collector.look(np.zeros_like(first)) is ViewVerdict.NOT_SEEN
+    assert collector.look(first) is ViewVerdict.MOVING  # seen anew: it may just have been put there
 
 
 def test_a_look_without_keep_keeps_nothing():
     collector = Collector(CHARUCO)
-    assert collector.look(image(texture("charuco"), at(0.45, 0, 0)), keep=False) is Verdict.KEPT
+    assert collector.look(image(texture("charuco"), at(0.45, 0, 0)), keep=False) is ViewVerdict.KEPT
     assert collector.views == []
     assert collector.last is not None
 
@@ -150,19 +150,19 @@ def test_missing_views_are_reported_until_there_are_none():
     )
     whole = type(view)(view.board, everywhere.astype(np.float32), view.ids)
     for placement in (
-        *[Placement(0.5, 0.5, 0.4, 0.0, 0.0)] * 4,
-        Placement(0.5, 0.5, 0.4, -0.2, 0.0),
-        Placement(0.5, 0.5, 0.4, 0.2, 0.0),
-        Placement(0.5, 0.5, 0.4, 0.0, -0.2),
-        Placement(0.5, 0.5, 0.4, 0.0, 0.2),
+        *[ViewPlacement(0.5, 0.5, 0.4, 0.0, 0.0)] * 4,
+        ViewPlacement(0.5, 0.5, 0.4, -0.2, 0.0),
+        ViewPlacement(0.5, 0.5, 0.4, 0.2, 0.0),
+        ViewPlacement(0.5, 0.5, 0.4, 0.0, -0.2),
+        ViewPlacement(0.5, 0.5, 0.4, 0.0, 0.2),
     ):
         coverage.add(view, placement, (WIDTH, HEIGHT))
         hints.append(coverage.missing())
     assert hints[0].startswith("at the ")
     assert [hint.split()[2] for hint in hints[3:7]] == ["left", "right", "upper", "lower"]
-    coverage.add(whole, Placement(0.5, 0.5, 0.4, 0.0, 0.0), (WIDTH, HEIGHT))
+    coverage.add(whole, ViewPlacement(0.5, 0.5, 0.4, 0.0, 0.0), (WIDTH, HEIGHT))
     assert coverage.missing() == "nearer"
-    coverage.add(whole, Placement(0.5, 0.5, 0.7, 0.0, 0.0), (WIDTH, HEIGHT))
+    coverage.add(whole, ViewPlacement(0.5, 0.5, 0.7, 0.0, 0.0), (WIDTH, HEIGHT))
     assert coverage.missing() == ""
 
 

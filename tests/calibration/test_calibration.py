@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.calibration import camera_info
+from grabbergui.calibration.opencv_yaml import read_yaml, write_yaml
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
@@ -150,7 +151,7 @@ def test_any_text_is_read_or_refused(text):
     )
 )
 def test_numbers_survive_the_way_there_and_back(values):
-    assert camera_info.read_yaml(camera_info.write_yaml(values), "test") == values
+    assert read_yaml(write_yaml(values), "test") == values
 
 
 def test_a_field_of_view_gives_a_pinhole():

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.calibration import camera_info
+from grabbergui.calibration.opencv_yaml import read_yaml, write_yaml
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from patience import attempts
@@ -19,18 +20,18 @@ NAMES = [
 @pytest.mark.parametrize("name", NAMES)
 def test_a_name_survives_the_way_there_and_back(name):
     text = camera_info.dump(Calibration.from_field_of_view(64, 48)).replace("camera_name: camera\n", "")
-    text += camera_info.write_yaml({"camera_name": name})
+    text += write_yaml({"camera_name": name})
     assert camera_info.parse(text).camera_name == name
 
 
 @given(st.text(alphabet=st.characters(codec="utf-8", exclude_categories=["Cc", "Zl", "Zp"]), max_size=40))
 def test_any_text_survives_the_way_there_and_back(text):
-    assert camera_info.read_yaml(camera_info.write_yaml({"name": text}), "test") == {"name": text}
+    assert read_yaml(write_yaml({"name": text}), "test") == {"name": text}
 
 
 def test_a_line_cannot_end_within_a_name():
-    text = camera_info.write_yaml({"name": "left\nimage_width: 7", "image_width": 640})
-    assert camera_info.read_yaml(text, "test") == {"name": "left\nimage_width: 7", "image_width": 640}
+    text = write_yaml({"name": "left\nimage_width: 7", "image_width": 640})
+    assert read_yaml(text, "test") == {"name": "left\nimage_width: 7", "image_width": 640}
 
 
 @pytest.mark.parametrize(
@@ -43,7 +44,7 @@ def test_a_line_cannot_end_within_a_name():
     ],
 )
 def test_quotes_and_comments_as_yaml_has_them(line, value):
-    assert camera_info.read_yaml(line, "test") == {"name": value}
+    assert read_yaml(line, "test") == {"name": value}
 
 
 def test_comments_may_stand_behind_everything():
@@ -51,7 +52,7 @@ def test_comments_may_stand_behind_everything():
         "---  # begin\ndata:  # below\n  rows: 1 # one\n  data: [1, # first\n  2] # last\n"
         "list: # dashes\n- 3 # three\n"
     )
-    assert camera_info.read_yaml(text, "test") == {"data": {"rows": 1, "data": [1, 2]}, "list": [3]}
+    assert read_yaml(text, "test") == {"data": {"rows": 1, "data": [1, 2]}, "list": [3]}
 
 
 def test_a_number_of_rows_that_is_huge_by_aliases_is_not_written_out():
@@ -104,12 +105,12 @@ def test_the_number_of_coefficients_is_opencvs_model(count, model, zeros):
     matrix = {"rows": 3, "cols": 3, "data": [600, 0, 320, 0, 600, 240, 0, 0, 1]}
     values = {"image_width": 640, "image_height": 480, "camera_matrix": matrix}
     values["distortion_coefficients"] = {"rows": len(numbers), "cols": 1, "data": numbers}
-    calibration = camera_info.parse(camera_info.write_yaml(values))
+    calibration = camera_info.parse(write_yaml(values))
     assert calibration.distortion_model == model
     assert calibration.distortion[:count].tolist() == numbers[:count]
     values["distortion_coefficients"] = {"rows": 9, "cols": 1, "data": [0.1] * 9}
     with pytest.raises(UsageError, match="9 coefficients are too many for rational_polynomial"):
-        camera_info.parse(camera_info.write_yaml(values))
+        camera_info.parse(write_yaml(values))
 
 
 KALIBR = """cam0:
@@ -151,7 +152,7 @@ def test_the_longest_file_is_read_at_once(numbers):
     """The window stood still for seconds."""
     for watch in attempts(0.4):
         with watch:
-            assert len(camera_info.read_yaml(f"data: {numbers}", "c.yaml")["data"]) >= 16_000
+            assert len(read_yaml(f"data: {numbers}", "c.yaml")["data"]) >= 16_000
 
 
 def test_aliases_cannot_make_it_huge():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fakes import ScriptedGrabber
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.camera_info import FittedCalibration, fitted
+from grabbergui.calibration.fitting import FittedCalibration, fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureNotFoundError, UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind

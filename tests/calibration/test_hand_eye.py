@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks import _hand_eye_scenes as scenes
-from grabbergui.calibration import geometry, hand_eye
+from grabbergui.calibration import geometry, hand_eye_file
 from grabbergui.calibration.hand_eye import HandEyeResult, solve
-from grabbergui.calibration.hand_eye_model import Arrangement, Problem, propose
+from grabbergui.calibration.hand_eye_model import Arrangement, Problem
+from grabbergui.calibration.hand_eye_proposals import propose
 from grabbergui.core.errors import CalibrationError, UsageError
 
 
@@ -119,8 +120,8 @@ def test_a_result_survives_its_file(tmp_path):
     of = scenes.scene("eye in head")
     result = solve(of.arrangement, scenes.views(of, count=8), scenes.CAMERA)
     file = tmp_path / "teo.hand-eye.yaml"
-    hand_eye.save(result, file)
-    again = hand_eye.load(file)
+    hand_eye_file.save(result, file)
+    again = hand_eye_file.load(file)
     assert again.camera == pytest.approx(result.camera)
     assert again.camera_offsets == pytest.approx(result.camera_offsets)
     assert again.uncertainty == pytest.approx(result.uncertainty)
@@ -155,7 +156,7 @@ BOMB = "a0: &a0 [0, 0]\n" + "".join(f"a{n}: &a{n} [{f'*a{n - 1}, ' * 8}]\n" for 
 )
 def test_a_file_that_holds_no_result_is_refused(tmp_path, change, complaint):
     file, some = tmp_path / "robot.yaml", HandEyeResult(np.eye(4), np.eye(4), np.zeros(2), np.zeros(0))
-    hand_eye.save(some, file)
+    hand_eye_file.save(some, file)
     file.write_text(change(file.read_text()))
     with pytest.raises(UsageError, match=complaint):
-        hand_eye.load(file)
+        hand_eye_file.load(file)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.camera_info import CalibrationChoice
-from grabbergui.calibration.markers import located
+from grabbergui.calibration.calibration_choice import CalibrationChoice
+from grabbergui.calibration.marker_pose import located
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.image.rendering import Region

@@ -91,15 +91,15 @@ def calibration(path):
 
 def calibration_in_use(path):
     from grabbergui import sources
-    from grabbergui.calibration.camera_info import FittedCalibration
+    from grabbergui.calibration.fitting import FittedCalibration
 
     FittedCalibration(sources.create("sim:"), path).keep(Calibration.from_field_of_view(64, 48))
 
 
 def hand_eye(path):
-    from grabbergui.calibration import hand_eye
+    from grabbergui.calibration import hand_eye_file
 
-    hand_eye.load(path)
+    hand_eye_file.load(path)
 
 
 def table(path):

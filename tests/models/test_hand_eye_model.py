@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from grabbergui.calibration import geometry, hand_eye
+from grabbergui.calibration import geometry, hand_eye_file
 from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
 from grabbergui.models.hand_eye import HandEyeModel, Setup
 from grabbergui.models.hand_eye_text import (
@@ -288,8 +288,8 @@ def test_a_result_is_compared_saved_and_used(stand, tmp_path):
     model.saved.connect(saved.append)
     model.save(tmp_path / "robot.yaml", solution.placement)
     until(lambda: saved)
-    assert hand_eye.load(saved[0]).camera == pytest.approx(solution.result.camera)
-    assert hand_eye.load(saved[0]).method == solution.result.method != ""
+    assert hand_eye_file.load(saved[0]).camera == pytest.approx(solution.result.camera)
+    assert hand_eye_file.load(saved[0]).method == solution.result.method != ""
     assert wizard.stand.in_use("head")[0] == str(saved[0])
     assert wizard.stand.in_use("hand") is None
     model.use(True)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.errors import TransportError
 from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.robots import teo

@@ -9,7 +9,8 @@ import servo_scene
 
 from benchmarks import _heads
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import ArucoDetector, MarkerDetection, judged
+from grabbergui.calibration.marker_pose import MarkerDetection, judged
+from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim import rendered_world as world

@@ -9,8 +9,9 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from grabbergui.calibration import geometry, hand_eye
-from grabbergui.calibration.hand_eye import HandEyeResult, Placement
+from grabbergui.calibration import geometry, hand_eye_file
+from grabbergui.calibration.hand_eye import HandEyeResult
+from grabbergui.calibration.hand_eye_file import CameraMount, static_transform_command
 from grabbergui.cli import main, servo_robots
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.models.hand_eye import HandEyeModel
@@ -46,13 +47,13 @@ def test_the_simulated_camera_shows_the_target_in_frames_that_are_new(eye):
 
 def test_a_result_names_its_frames_for_tf(tmp_path):
     turned = geometry.pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
-    file, placement = tmp_path / "robot.yaml", Placement("hand", "hand_link", "eye_optical", turned)
-    hand_eye.save(FOUND, file, placement)
-    again = hand_eye.placement(file)
+    file, placement = tmp_path / "robot.yaml", CameraMount("hand", "hand_link", "eye_optical", turned)
+    hand_eye_file.save(FOUND, file, placement)
+    again = hand_eye_file.placement(file)
     assert (again.eye, again.mount, again.frame) == ("hand", "hand_link", "eye_optical")
     assert again.turned == pytest.approx(turned, abs=1e-9)
-    assert hand_eye.load(file).camera == pytest.approx(CAMERA)
-    words = hand_eye.static_transform_command(FOUND, again).split()
+    assert hand_eye_file.load(file).camera == pytest.approx(CAMERA)
+    words = static_transform_command(FOUND, again).split()
     place = (turned @ CAMERA)[:3, 3]
     given = [float(words[words.index(f"--{axis}") + 1]) for axis in "xyz"]
     assert given == pytest.approx(place, abs=1e-6)
@@ -61,21 +62,21 @@ def test_a_result_names_its_frames_for_tf(tmp_path):
 
 def test_a_result_without_frames_has_none(tmp_path):
     file = tmp_path / "robot.yaml"
-    hand_eye.save(FOUND, file)
-    assert hand_eye.placement(file) is None
+    hand_eye_file.save(FOUND, file)
+    assert hand_eye_file.placement(file) is None
     file.write_text(file.read_text() + "transform: 7\n")
     with pytest.raises(UsageError, match="no names"):
-        hand_eye.placement(file)
+        hand_eye_file.placement(file)
 
 
 def test_servoing_takes_the_camera_from_the_file(tmp_path):
     robot, file = SimRobot(teo.MODEL), tmp_path / "robot.yaml"
-    hand_eye.save(FOUND, file, Placement("head", "head", "camera"))
+    hand_eye_file.save(FOUND, file, CameraMount("head", "head", "camera"))
     servo_robots.place_camera(robot, file)
     angles = np.array([0.2, -0.1])
     tool = teo.HEAD.forward(angles + FOUND.camera_offsets)
     assert robot.camera_pose(angles) == pytest.approx(tool @ CAMERA)
-    hand_eye.save(FOUND, file, Placement("fixed", "base", "camera"))
+    hand_eye_file.save(FOUND, file, CameraMount("fixed", "base", "camera"))
     with pytest.raises(UsageError, match="camera that stands"):
         servo_robots.place_camera(robot, file)
 
@@ -150,7 +151,7 @@ def test_a_result_that_cannot_be_saved_has_been_printed(tmp_path, monkeypatch, c
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(HandEyeRun, "run", lambda run, views: FOUND)
-    monkeypatch.setattr(hand_eye, "save", refused)
+    monkeypatch.setattr(hand_eye_file, "save", refused)
     assert main(["hand-eye", "--robot", "sim-teo", "--out", str(tmp_path / "robot.yaml")]) == 1
     shown = capsys.readouterr()
     assert "camera on head: 70.0 10.0 60.0 mm" in shown.out

@@ -8,15 +8,9 @@ import pytest
 import servo_scene
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import (
-    ArucoDetector,
-    BoardDetector,
-    MarkerBoard,
-    MarkerDetection,
-    dictionary_named,
-    located,
-    pose_covariance,
-)
+from grabbergui.calibration.marker_boards import BoardDetector, MarkerBoard
+from grabbergui.calibration.marker_pose import MarkerDetection, located, pose_covariance
+from grabbergui.calibration.markers import ArucoDetector, dictionary_named
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, at
 from grabbergui.driver.sim.sensor import Sensor

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration.geometry import pose
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo import overlay
 from grabbergui.servo.config import HeadConfig

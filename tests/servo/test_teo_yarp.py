@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from whole_chain import detecting_runner, reach_marker
 
 from grabbergui.calibration import camera_info, geometry
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.errors import (
     GrabberError,
     RemoteProtocolError,

@@ -9,7 +9,8 @@ import servo_scene
 from robots_for_tests import RecordingRobot
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import ArucoDetector, MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo.closed_loop import ClosedLoop

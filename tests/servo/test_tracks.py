@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.robots.robot import JointHistory

@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QFileDialog
 import fakes
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.collector import Coverage, Verdict
+from grabbergui.calibration.collector import Coverage, ViewVerdict
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pixels import DisplayImage, Region
@@ -30,7 +30,7 @@ def dialog(qtbot):
 
 def preview(verdict, views=0, hint="nearer", coverage=None):
     image = DisplayImage(np.zeros((60, 80), np.uint8), Region(0, 0, 80, 60))
-    corners = None if verdict is Verdict.NOT_SEEN else np.float32([(10, 10), (30, 20)])
+    corners = None if verdict is ViewVerdict.NOT_SEEN else np.float32([(10, 10), (30, 20)])
     return BoardPreview(image, (80, 60), corners, verdict, coverage or Coverage(), views, hint)
 
 
@@ -48,17 +48,17 @@ def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialo
 @pytest.mark.parametrize(
     ("step", "verdict", "text"),
     [
-        (Step.BOARD, Verdict.KEPT, "the board is seen"),
-        (Step.BOARD, Verdict.NOT_SEEN, "no board is seen"),
-        (Step.VIEWS, Verdict.MOVING, "hold it still"),
-        (Step.VIEWS, Verdict.KNOWN, "this view is there already"),
+        (Step.BOARD, ViewVerdict.KEPT, "the board is seen"),
+        (Step.BOARD, ViewVerdict.NOT_SEEN, "no board is seen"),
+        (Step.VIEWS, ViewVerdict.MOVING, "hold it still"),
+        (Step.VIEWS, ViewVerdict.KNOWN, "this view is there already"),
     ],
 )
 def test_what_hinders_is_reported(dialog, step, verdict, text):
     dialog.setStep(step)
     dialog.setPreview(preview(verdict), 20)
     assert dialog.verdictLabel.text() == f"● {text}"
-    assert len(dialog.drawing.drawing.strokes) == (0 if verdict is Verdict.NOT_SEEN else 4)
+    assert len(dialog.drawing.drawing.strokes) == (0 if verdict is ViewVerdict.NOT_SEEN else 4)
 
 
 def test_progress_coverage_and_hint_are_shown(dialog):
@@ -68,13 +68,13 @@ def test_progress_coverage_and_hint_are_shown(dialog):
     assert dialog.backButton.toolTip() == Lack.PAGE.text
     dialog.setStep(Step.VIEWS)
     assert dialog.backButton.isEnabled() and not dialog.backButton.toolTip()
-    dialog.setPreview(preview(Verdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
+    dialog.setPreview(preview(ViewVerdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
     assert (dialog.progress.value(), dialog.progress.maximum()) == (4, 20)
     assert dialog.hintLabel.text() == "Next: hold it at the top left"
     assert dialog.coverageLabel.text().startswith("50%")
     assert not dialog.nextButton.isEnabled()
     assert dialog.nextButton.toolTip() == Lack.VIEWS.text
-    dialog.setPreview(preview(Verdict.KEPT, 5, "", coverage), 20)
+    dialog.setPreview(preview(ViewVerdict.KEPT, 5, "", coverage), 20)
     assert dialog.nextButton.isEnabled()
     # The right one of the three boards in the middle, and the lowest of the distances.
     drawn = dialog.coverage.grab().toImage()
@@ -102,7 +102,7 @@ def test_there_is_a_text_for_every_hint():
     hints.add(coverage.missing())
     texts = {calibrating.hint_text(hint) for hint in hints}
     assert len(texts) == len(hints) == 16
-    assert len({calibrating.verdict_text(verdict) for verdict in Verdict}) == len(Verdict)
+    assert len({calibrating.verdict_text(verdict) for verdict in ViewVerdict}) == len(ViewVerdict)
 
 
 @pytest.mark.parametrize(

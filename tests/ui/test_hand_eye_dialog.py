@@ -8,7 +8,7 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.calibration import hand_eye
+from grabbergui.calibration.hand_eye_file import placement
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.hand_eye import Happened, Setup, TargetPreview
 from grabbergui.models.open_source import Lack
@@ -199,7 +199,7 @@ def test_a_robot_is_calibrated_by_clicks_and_its_file_is_saved(wizard, tmp_path)
     one.until(lambda: dialog.messages.messages)
     assert one.files.asked == [str(Path.home() / "simulated-teo.hand-eye.yaml")]
     assert "Saved as" in dialog.messages.messages[0]
-    assert hand_eye.placement(tmp_path / "robot.yaml").mount == "neck"
+    assert placement(tmp_path / "robot.yaml").mount == "neck"
     dialog.frameEdit.clear()
     one.click(dialog.publishButton)
     assert "name both frames" in dialog.messages.messages[0]

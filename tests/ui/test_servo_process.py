@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.camera_info import CalibrationChoice
+from grabbergui.calibration.calibration_choice import CalibrationChoice
 from grabbergui.core.calibration import Calibration
 from grabbergui.models.servo_proxy import CLOSED
 from grabbergui.servo import closed_loop

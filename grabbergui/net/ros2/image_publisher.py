@@ -16,7 +16,7 @@ from weakref import WeakKeyDictionary
 
 import cv2
 
-from grabbergui.calibration.camera_info import FittedCalibration
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
-from grabbergui.calibration.camera_info import FittedCalibration
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.ros2.diagnostics import Diagnostics

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from grabbergui.calibration.camera_info import FittedCalibration
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import (
     FeatureAccessError,
     FeatureNotFoundError,

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from grabbergui.calibration.camera_info import FittedCalibration
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.config import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame

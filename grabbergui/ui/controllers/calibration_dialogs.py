@@ -7,9 +7,9 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject
 
-from grabbergui.calibration import boards
+from grabbergui.calibration import printed_sheet
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.camera_info import CalibrationChoice
+from grabbergui.calibration.calibration_choice import CalibrationChoice
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
@@ -66,7 +66,7 @@ class CalibratingController(QObject):
     def print_to(self, path: Path) -> None:
         """Save the board for printing."""
         try:
-            sheet = boards.save(self.model.settings.board(), path)
+            sheet = printed_sheet.save(self.model.settings.board(), path)
         except (UsageError, OSError) as error:
             self.dialog.messages.showError(self.tr("the board could not be saved: {0}").format(error))
             return

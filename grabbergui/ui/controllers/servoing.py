@@ -10,8 +10,8 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer
 
-from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
-from grabbergui.calibration.hand_eye import Placement
+from grabbergui.calibration.calibration_choice import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.hand_eye_file import CameraMount
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.hand_eye import HandEyeModel, Happened, Setup, Solution
@@ -142,7 +142,7 @@ class HandEyeController(QObject):
         else:
             self.model.publish(on, placement)
 
-    def _placement(self) -> Placement | None:
+    def _placement(self) -> CameraMount | None:
         """Return the frames as they are named in the view; None, with a message, if a name is missing."""
         solution = self.model.solution
         mount, frame = self._view.frames

@@ -21,7 +21,7 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QDialog, QWidget
 
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.camera_info import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.calibration_choice import CalibrationChoice, CalibrationFor
 from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber

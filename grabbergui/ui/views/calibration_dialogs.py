@@ -24,7 +24,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.calibration.boards import KINDS, BoardSettings
-from grabbergui.calibration.collector import FEWEST_VIEWS, Verdict
+from grabbergui.calibration.collector import FEWEST_VIEWS, ViewVerdict
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
@@ -50,7 +50,12 @@ NOT_KEPT = (250, 180, 40)
 ENLARGED = 100
 """How many times too long errors are drawn."""
 
-_TONES = {Verdict.KEPT: "good", Verdict.KNOWN: "busy", Verdict.MOVING: "busy", Verdict.NOT_SEEN: "bad"}
+_TONES = {
+    ViewVerdict.KEPT: "good",
+    ViewVerdict.KNOWN: "busy",
+    ViewVerdict.MOVING: "busy",
+    ViewVerdict.NOT_SEEN: "bad",
+}
 
 
 class Step(Enum):
@@ -206,7 +211,7 @@ class CalibrationDialog(CalibratingDialog):
         if preview.image is None:
             set_verdict(self.verdictLabel, self.tr("no images arrive from the camera"), "bad")
         else:
-            self._show_image(preview, GOOD if preview.verdict is Verdict.KEPT else NOT_KEPT)
+            self._show_image(preview, GOOD if preview.verdict is ViewVerdict.KEPT else NOT_KEPT)
             self.cells.setCells(preview.coverage.cells, *preview.size)
             if preview.verdict is not None:
                 set_verdict(self.verdictLabel, *self._said(preview.verdict))
@@ -301,9 +306,9 @@ class CalibrationDialog(CalibratingDialog):
         if item is not None:
             self.viewChosen.emit(self.views.indexOfTopLevelItem(item))
 
-    def _said(self, verdict: Verdict) -> tuple[str, str]:
+    def _said(self, verdict: ViewVerdict) -> tuple[str, str]:
         """Return text and tone of a verdict; obstacles to a view matter only while views are taken."""
-        if verdict is Verdict.NOT_SEEN or self.step is Step.VIEWS:
+        if verdict is ViewVerdict.NOT_SEEN or self.step is Step.VIEWS:
             return verdict_text(verdict), _TONES[verdict]
         return self.tr("the board is seen"), "good"
 

@@ -62,7 +62,7 @@ def camera():
 
 @pytest.fixture
 def server(camera, tmp_path):
-    from grabbergui.calibration.camera_info import FittedCalibration
+    from grabbergui.calibration.fitting import FittedCalibration
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
     calibration = FittedCalibration(camera, tmp_path / "cam.yaml")

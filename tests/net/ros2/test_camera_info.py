@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.camera_info import fitted
+from grabbergui.calibration.fitting import fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.net.ros2.image_messages import fill_camera_info, read_camera_info

@@ -22,7 +22,7 @@ from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
-from grabbergui.calibration.camera_info import FittedCalibration  # noqa: E402
+from grabbergui.calibration.fitting import FittedCalibration  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.client_link import IMAGE_TYPE  # noqa: E402
 from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402

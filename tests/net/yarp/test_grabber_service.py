@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from grabbergui import sources
-from grabbergui.calibration.camera_info import FittedCalibration
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureValueError, UsageError
 from grabbergui.core.features import AccessMode, FeatureKind

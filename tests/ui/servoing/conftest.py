@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from grabbergui.calibration.camera_info import CalibrationChoice
+from grabbergui.calibration.calibration_choice import CalibrationChoice
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo

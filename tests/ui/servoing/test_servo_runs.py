@@ -8,7 +8,7 @@ import pytest
 from PyQt5.QtWidgets import QPushButton
 
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.camera_info import CalibrationChoice
+from grabbergui.calibration.calibration_choice import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError
 from grabbergui.models.servo_proxy import HAND_EYE
 from grabbergui.models.servoing import Tuning
