@@ -16,7 +16,7 @@ from genicam import genapi
 
 from fuzz._descriptions import HEAD, Registers, description, formula
 from fuzz._input import DATA, Input, erring, refusing
-from grabbergui.config import parse_ini
+from grabbergui.config.ini_files import parse_ini
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
 from grabbergui.driver.device import DataLayout, Device, fetch_description, parse_url, unpack

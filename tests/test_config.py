@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.config import EVERYBODY, AllowedAddresses, ServeOptions, find_ini, parse_ini
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.config.ini_files import find_ini, parse_ini
+from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.errors import UsageError
 
 CAMERA_INI = """

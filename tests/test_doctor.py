@@ -2,12 +2,22 @@
 
 import pytest
 
-from grabbergui import doctor
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
-from grabbergui.doctor import Level
+from grabbergui.doctor import gige
+from grabbergui.doctor.findings import Level
+from grabbergui.doctor.gige import (
+    WANTED_RMEM,
+    gige_cameras,
+    packet_sizes,
+    priority,
+    receive_buffer,
+    reverse_path,
+)
+from grabbergui.doctor.software import display
+from grabbergui.doctor.usb import transfer_memory, udev_rule
 from grabbergui.driver.gige.discovery import Interface
-from grabbergui.setup.parts import install_udev_rule
+from grabbergui.setup.udev_rule import install_udev_rule
 
 
 def only(findings):
@@ -22,9 +32,9 @@ def sysctl(folder, name, value):
     return folder
 
 
-@pytest.mark.parametrize(("limit", "level"), [(212992, Level.NOTE), (doctor.WANTED_RMEM, Level.GOOD)])
+@pytest.mark.parametrize(("limit", "level"), [(212992, Level.NOTE), (WANTED_RMEM, Level.GOOD)])
 def test_a_small_socket_buffer_is_reported(tmp_path, limit, level):
-    finding = only(doctor.receive_buffer(sysctl(tmp_path, "core/rmem_max", limit)))
+    finding = only(receive_buffer(sysctl(tmp_path, "core/rmem_max", limit)))
 
     assert finding.level is level
     assert ("net.core.rmem_max" in finding.remedy) == (level is Level.NOTE)
@@ -32,7 +42,7 @@ def test_a_small_socket_buffer_is_reported(tmp_path, limit, level):
 
 @pytest.mark.parametrize(("permitted", "level"), [(False, Level.NOTE), (True, Level.GOOD)])
 def test_frames_that_may_come_late_are_reported(permitted, level):
-    finding = only(doctor.priority(permitted=permitted))
+    finding = only(priority(permitted=permitted))
 
     assert finding.level is level
     assert ("rtprio  10'" in finding.remedy) == (level is Level.NOTE)
@@ -41,16 +51,14 @@ def test_frames_that_may_come_late_are_reported(permitted, level):
 def test_two_interfaces_in_one_subnet(tmp_path):
     one, other = Interface("eth0", "192.168.1.2"), Interface("eth1", "192.168.1.3")
 
-    finding = only(doctor.shared_networks([one, other]))
+    finding = only(gige.shared_networks([one, other]))
 
     assert finding.level is Level.PROBLEM and "eth1" in finding.remedy
-    assert not list(doctor.shared_networks([one, Interface("eth1", "192.168.2.3")]))
+    assert not list(gige.shared_networks([one, Interface("eth1", "192.168.2.3")]))
 
 
 def test_packet_sizes():
-    small, jumbo = doctor.packet_sizes(
-        [Interface("eth0", "10.0.0.1"), Interface("eth1", "10.1.0.1", mtu=9000)]
-    )
+    small, jumbo = packet_sizes([Interface("eth0", "10.0.0.1"), Interface("eth1", "10.1.0.1", mtu=9000)])
 
     assert small.level is Level.NOTE and "mtu 9000" in small.remedy
     assert jumbo.level is Level.GOOD
@@ -60,24 +68,24 @@ def test_a_strict_reverse_path_filter_is_noted(tmp_path):
     sysctl(tmp_path, "ipv4/conf/all/rp_filter", 0)
     sysctl(tmp_path, "ipv4/conf/eth0/rp_filter", 1)
 
-    finding = only(doctor.reverse_path(tmp_path, [Interface("eth0", "10.0.0.1")]))
+    finding = only(reverse_path(tmp_path, [Interface("eth0", "10.0.0.1")]))
 
     assert "eth0" in finding.text and "rp_filter=2" in finding.remedy
 
 
 def test_no_camera_names_the_port():
-    assert "3956" in only(doctor.gige_cameras([])).remedy
+    assert "3956" in only(gige_cameras([])).remedy
 
 
 def test_the_udev_rule_is_installed_once(tmp_path):
     folder = tmp_path / "udev" / "rules.d"
     folder.parent.mkdir()
-    assert "setup udev" in only(doctor.udev_rule(folder)).remedy
+    assert "setup udev" in only(udev_rule(folder)).remedy
 
     target = install_udev_rule(folder)
 
     assert 'SUBSYSTEM!="usb"' in target.read_text()
-    assert only(doctor.udev_rule(folder)).level is Level.GOOD
+    assert only(udev_rule(folder)).level is Level.GOOD
 
 
 def test_without_permission_to_install_the_command_is_shown(tmp_path, monkeypatch):
@@ -93,15 +101,15 @@ def test_without_permission_to_install_the_command_is_shown(tmp_path, monkeypatc
 def test_usb_memory(tmp_path):
     place = tmp_path / "usbfs_memory_mb"
     place.write_text("16\n")
-    assert str(place) in only(doctor.transfer_memory(place)).remedy
+    assert str(place) in only(transfer_memory(place)).remedy
     place.write_text("1000\n")
-    assert only(doctor.transfer_memory(place)).level is Level.GOOD
-    assert not list(doctor.transfer_memory(tmp_path / "missing"))
+    assert only(transfer_memory(place)).level is Level.GOOD
+    assert not list(transfer_memory(tmp_path / "missing"))
 
 
 def test_a_missing_display_is_noted():
-    assert only(doctor.display({}, "linux")).level is Level.NOTE
-    assert only(doctor.display({"DISPLAY": ":0"}, "linux")).level is Level.GOOD
+    assert only(display({}, "linux")).level is Level.NOTE
+    assert only(display({"DISPLAY": ":0"}, "linux")).level is Level.GOOD
 
 
 def test_the_command_reports_every_check(capsys):

@@ -15,7 +15,8 @@ import pytest
 from grabbergui import doctor
 from grabbergui.cli import machine, main
 from grabbergui.core.shared_folder import MEMORY
-from grabbergui.doctor import Level
+from grabbergui.doctor.findings import Level
+from grabbergui.doctor.software import shared_memory
 from grabbergui.net.ros2.shared_memory import clear, leftovers
 from patience import PROGRAM, until
 from ros2_domain import own_domain
@@ -90,7 +91,7 @@ def test_a_fifo_or_link_among_them_is_neither_opened_nor_removed(folder, name, t
         assert names(clear(leftovers(folder))) in ([], [SEGMENT], [PORT])
 
         assert os.path.lexists(folder / name) and elsewhere.read_text() == "of the user"
-        findings = list(doctor.shared_memory(folder))
+        findings = list(shared_memory(folder))
         assert findings[-1].level is Level.PROBLEM and str(folder / name) in findings[-1].text
 
 
@@ -102,14 +103,14 @@ def test_root_removes_those_of_others_only_when_asked_to(folder, monkeypatch):
 
 
 def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
-    (finding,) = doctor.shared_memory(folder)
+    (finding,) = shared_memory(folder)
     assert finding.level is Level.NOTE and "0.1 MB" in finding.text and "2 segments and ports" in finding.text
     assert finding.remedy.endswith("grabbergui doctor --clear-shared-memory")
 
     clear(leftovers(folder))
 
-    assert [finding.level for finding in doctor.shared_memory(folder)] == [Level.GOOD]
-    assert not list(doctor.shared_memory(tmp_path / "missing"))
+    assert [finding.level for finding in shared_memory(folder)] == [Level.GOOD]
+    assert not list(shared_memory(tmp_path / "missing"))
 
 
 def test_it_is_among_all_doctor_which_command_and_window_show(folder, monkeypatch):

@@ -15,10 +15,13 @@ from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.core.shared_folder import MEMORY
 from grabbergui.core.visible_text import print_json, print_line, visible
+from grabbergui.doctor.findings import Level
 from grabbergui.net.ros2 import shared_memory
 from grabbergui.setup import completion_scripts as completion
-from grabbergui.setup.parts import UDEV_RULE, DesktopEntry, install_ros2, install_udev_rule, remove_udev_rule
+from grabbergui.setup.desktop_entry import DesktopEntry
+from grabbergui.setup.ros2 import install_ros2
 from grabbergui.setup.seen import Seen, somebody_types
+from grabbergui.setup.udev_rule import UDEV_RULE, install_udev_rule, remove_udev_rule
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
@@ -111,7 +114,7 @@ def _doctor(options: argparse.Namespace) -> int:
     if options.json:
         rows = [{"level": each.level.value, "text": each.text, "remedy": each.remedy} for each in findings]
         print_json(rows, indent=2)
-    return 1 if any(finding.level is doctor.Level.PROBLEM for finding in findings) else 0
+    return 1 if any(finding.level is Level.PROBLEM for finding in findings) else 0
 
 
 _PARTS = {

@@ -14,7 +14,7 @@ from pathlib import Path
 from socketserver import TCPServer
 from typing import Any
 
-from grabbergui.config import EVERYBODY, AllowedAddresses
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.regular_files import read_bounded

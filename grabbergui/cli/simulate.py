@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from grabbergui.cli import servo_robots
 from grabbergui.cli.arguments import count_or_none, ipv4, not_negative, part, port, seconds
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.config import EVERYBODY, AllowedAddresses
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import SourceUri

@@ -19,7 +19,7 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.calibration.marker_boards import BOARD_KINDS, MarkerBoard
 from grabbergui.calibration.markers import check_marker
-from grabbergui.config import parse_ini, read_ini
+from grabbergui.config.ini_files import parse_ini, read_ini
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.kinematics import parse_boxes

@@ -14,7 +14,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.cli.metrics import MOST_REQUESTS, MetricsServer, exposition, parse_address, read_token
 from grabbergui.cli.process import JsonFormatter, TextFormatter
-from grabbergui.config import AllowedAddresses
+from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.identity import DeviceInfo

@@ -13,6 +13,7 @@ from grabbergui import doctor, sources
 from grabbergui.cli import COMMANDS, main
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.uri import SourceUri
+from grabbergui.doctor.findings import Finding, Level
 from marked_camera import CONTROL, MORE_CONTROL, marked_camera, marked_info
 
 NAME = "N\x1b]0;t\x07\x08\r"
@@ -96,7 +97,7 @@ def hostile(monkeypatch, tmp_path):
 
     monkeypatch.setattr(sources, "create", create)
     monkeypatch.setattr(sources, "discover", lambda *_: [marked_info(MORE_CONTROL, f"sim:{MORE_CONTROL}")])
-    finding = doctor.Finding(doctor.Level.PROBLEM, f"seen {MORE_CONTROL}", f"do {MORE_CONTROL}")
+    finding = Finding(Level.PROBLEM, f"seen {MORE_CONTROL}", f"do {MORE_CONTROL}")
     monkeypatch.setattr(doctor, "check", lambda: [finding])
 
     def run(arguments, typed=""):

@@ -15,7 +15,8 @@ from grabbergui.calibration import camera_info
 from grabbergui.cli import main
 from grabbergui.cli.process import supervised
 from grabbergui.cli.serve import _calibration, _narrow_discovery
-from grabbergui.config import AllowedAddresses, ServeOptions
+from grabbergui.config.allowed_addresses import AllowedAddresses
+from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import AccessMode

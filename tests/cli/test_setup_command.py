@@ -11,7 +11,7 @@ import pytest
 from grabbergui.cli import main
 from grabbergui.core import environment
 from grabbergui.core.errors import GrabberError, SourceUnavailableError
-from grabbergui.setup import parts
+from grabbergui.setup import desktop_entry, ros2, udev_rule
 
 
 @pytest.fixture(autouse=True)
@@ -43,14 +43,14 @@ def test_an_option_of_another_part_is_refused(capsys):
 def test_ros2_is_not_installed_outside_an_environment(monkeypatch):
     monkeypatch.setattr(sys, "prefix", sys.base_prefix)
     with pytest.raises(SourceUnavailableError, match="not a virtual environment"):
-        parts.install_ros2(print)
+        ros2.install_ros2(print)
 
 
 def test_a_sourced_ros_whose_python_crashes_is_reported(tmp_path):
     """Its libraries are of another Python: there is no message, only a signal."""
     (tmp_path / "rclpy.py").write_text("import os\nos.abort()\n", "utf-8")
     with pytest.raises(SourceUnavailableError, match=r"cannot import its rclpy \(it ended with -6\)"):
-        parts._check_sourced_rclpy("jazzy", {**os.environ, "PYTHONPATH": str(tmp_path)})
+        ros2._check_sourced_rclpy("jazzy", {**os.environ, "PYTHONPATH": str(tmp_path)})
 
 
 def test_what_rebuilds_the_system_s_caches_may_hang(tmp_path, monkeypatch):
@@ -59,15 +59,15 @@ def test_what_rebuilds_the_system_s_caches_may_hang(tmp_path, monkeypatch):
         tool.write_text("#!/bin/sh\nexec sleep 60\n", "utf-8")
         tool.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    for limit in ("_REFRESH_TIME", "_UDEV_TIME"):
-        monkeypatch.setattr(parts, limit, 0.05)
+    monkeypatch.setattr(desktop_entry, "_REFRESH_TIME", 0.05)
+    monkeypatch.setattr(udev_rule, "_UDEV_TIME", 0.05)
     assert main(["setup", "desktop"]) == 0
-    assert parts.install_udev_rule(tmp_path / "rules.d").is_file()
+    assert udev_rule.install_udev_rule(tmp_path / "rules.d").is_file()
 
 
 def test_a_step_that_fails_shows_the_end_of_its_output(caplog):
     with pytest.raises(GrabberError, match="it does not work"):
-        parts._run([sys.executable, "-c", "print('no such thing'); exit(1)"], {}, "it does not work")
+        ros2._run([sys.executable, "-c", "print('no such thing'); exit(1)"], {}, "it does not work")
     assert "no such thing" in caplog.text
 
 
@@ -75,12 +75,12 @@ def test_the_folders_of_the_build_machine_are_forgotten(tmp_path):
     file = tmp_path / "a" / "export.cmake"
     file.parent.mkdir()
     file.write_text('set(x "/usr/include;/opt/python/cp311-cp311/include/python3.11;/b")', "utf-8")
-    parts._forget_build_machine(tmp_path)
+    ros2._forget_build_machine(tmp_path)
     assert file.read_text("utf-8") == 'set(x "/usr/include;/b")'
 
 
 def test_the_interfaces_that_are_built_are_shipped():
-    assert (parts.INTERFACES / "package.xml").is_file() and list(parts.INTERFACES.glob("srv/*.srv"))
+    assert (ros2.INTERFACES / "package.xml").is_file() and list(ros2.INTERFACES.glob("srv/*.srv"))
 
 
 def test_every_path_is_there(capsys):

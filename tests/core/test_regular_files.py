@@ -134,7 +134,7 @@ def notes(path):
 
 
 def ini(path):
-    from grabbergui.config import read_ini
+    from grabbergui.config.ini_files import read_ini
 
     read_ini(path)
 
@@ -219,12 +219,15 @@ OPENED_OTHERWISE = {
     "driver/sim/memory.py": "shipped with the program",
     "driver/sim/gige/registers.py": "shipped with the program",
     "setup/completion.py": "the program's own cache and files shipped with it",
-    "setup/parts.py": "shipped with the program, and ROS's own files",
+    "setup/desktop_entry.py": "shipped with the program",
+    "setup/udev_rule.py": "shipped with the program",
+    "setup/ros2.py": "ROS's own files",
     "library/effect.py": "the program's own cache",
     "setup/seen.py": "the program's own cache, and a file shipped with it",
     "report/stand_ins.py": "/sys",
     "driver/genapi/parse_cache.py": "the program's own cache, a folder that nobody else may write to",
-    "doctor.py": "/proc and /sys",
+    "doctor/gige.py": "/proc",
+    "doctor/usb.py": "/sys",
     "net/ros2/runtime.py": "a profile of the user",
     "net/ros2/shared_memory.py": "/proc",
     "driver/u3v/enumeration.py": "/sys",

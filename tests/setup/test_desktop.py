@@ -10,7 +10,7 @@ import pytest
 
 from grabbergui.core.environment import RESOURCES
 from grabbergui.core.errors import UsageError
-from grabbergui.setup.parts import DesktopEntry, exec_value
+from grabbergui.setup.desktop_entry import DesktopEntry, exec_value
 from patience import PROGRAM
 
 

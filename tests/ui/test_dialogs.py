@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QAbstractButton, QDialog, QScrollArea
 import grabbergui.ui.views
 from grabbergui.core.environment import MANUAL
 from grabbergui.core.settings import SettingKey
-from grabbergui.doctor import Finding, Level
+from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet

@@ -7,7 +7,7 @@ from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QDockWidget, QWhatsThis
 
 from grabbergui.core.environment import MANUAL
-from grabbergui.doctor import good, problem
+from grabbergui.doctor.findings import good, problem
 from grabbergui.driver.twin import report_file
 from grabbergui.report import computer
 from grabbergui.ui.controllers.help import HelpController

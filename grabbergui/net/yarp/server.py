@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from grabbergui.calibration.fitting import FittedCalibration
-from grabbergui.config import EVERYBODY, AllowedAddresses
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink

@@ -29,7 +29,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.visible_text import shortened, visible
-from grabbergui.doctor import Finding, Level
+from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LOG_LINES, LogLine
 from grabbergui.models.markup import Markup, joined, markup

@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from grabbergui import doctor, sources
+from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.doctor import gige
 from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import Interface
@@ -41,7 +42,7 @@ def test_address_translation_is_seen_by_the_cameras_register() -> None:
 
 def test_two_cards_in_one_subnet_are_named() -> None:
     reason = no_frames(NOTHING, [CARD, TWIN, OTHER])
-    (finding,) = doctor.shared_networks([CARD, TWIN, OTHER])
+    (finding,) = gige.shared_networks([CARD, TWIN, OTHER])
     assert finding.text in reason and finding.remedy in reason, "doctor says the same"
     assert finding.text in not_found([CARD, TWIN])
 

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from grabbergui.config import AllowedAddresses
+from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import connection_limits, inputs, sockets

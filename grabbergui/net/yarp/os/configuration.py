@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from grabbergui.config import config_folders, parse_ini
+from grabbergui.config.ini_files import config_folders, parse_ini
 from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
-from grabbergui.config import EVERYBODY, AllowedAddresses
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import (
     GrabberError,
     LocalProtocolError,

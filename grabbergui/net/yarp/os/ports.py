@@ -13,7 +13,7 @@ from queue import Empty, SimpleQueue
 
 import numpy as np
 
-from grabbergui.config import EVERYBODY, AllowedAddresses
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.frame import BufferPool
 from grabbergui.net.yarp.mjpeg import JpegStreamReader, decode_jpeg

@@ -1,0 +1,1 @@
+"""Configuration: YARP's `.ini` files, the options of `grabbergui serve`, and whose requests are answered."""
