@@ -38,6 +38,8 @@ START, STOP = "AcquisitionStart", "AcquisitionStop"
 _USUAL_PERIOD = 0.1
 "Seconds between frames if the report has too few."
 _SHORTEST_PERIOD, _LONGEST_PERIOD = 0.002, 5.0
+WIDEST = 1 << 20
+"Pixels of a frame's width or height; beyond it the size of the last recorded frame is taken."
 LARGEST_FRAME = 128 << 20
 "Bytes; a report that asks for more comes from no camera."
 _GEOMETRY = ("Width", "Height", "PixelFormat", "PayloadSize")
@@ -142,7 +144,7 @@ class TwinModel:
         if fitting:
             out[:size] = np.frombuffer(fitting[self._count % len(fitting)], np.uint8, size)
             return size
-        line = max(plan.settings.pixel_format.line_bytes(plan.settings.width), 1)
+        line = min(max(plan.settings.pixel_format.line_bytes(plan.settings.width), 1), size)
         ramp = (np.arange(line) * 256 // line + self._count).astype(np.uint8)
         out[:size] = np.resize(ramp, size)
         return size
@@ -168,7 +170,7 @@ class TwinModel:
         size = last[0].payload_bytes if last else 0
         values = self._values()
         wide, high = values.get("Width"), values.get("Height")
-        if isinstance(wide, int) and isinstance(high, int):
+        if isinstance(wide, int) and isinstance(high, int) and 0 < wide <= WIDEST and 0 < high <= WIDEST:
             width, height = wide, high
         pixel_format = pfnc.by_code(code) if code else pfnc.by_name("Mono8")
         with suppress(KeyError):  # a name of the vendor's
