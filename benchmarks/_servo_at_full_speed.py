@@ -44,7 +44,7 @@ def main(kind: str, place: str = "") -> None:
     run_as_others()  # the guardian has to find its priority by itself
     robot = opened(kind, place)
     config = replace(Config(), arm=ArmConfig(fastest=SPEED))
-    guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
+    guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout, config.safety.lag)
     guardian.open()
     guardian.await_ready()
     run_first()  # on a busy machine late commands would stop it before it is fast
@@ -54,7 +54,7 @@ def main(kind: str, place: str = "") -> None:
     def watch() -> None:
         while True:
             gate.expire(time.monotonic())
-            gate.beat()
+            gate.beat(time.monotonic())
             time.sleep(0.02)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -24,8 +24,9 @@ from grabbergui.core.scheduling import single_threaded
 from grabbergui.driver.sim.rendered_scene import Things, board_pose, swaying
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig
-from grabbergui.servo.control import AHEAD_S, ArmController, off_centre
+from grabbergui.servo.control import ArmController, off_centre
 from grabbergui.servo.kinematics import STRETCHED, Chain
+from grabbergui.servo.motion import STOPPING_S
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State
@@ -50,7 +51,7 @@ Once the hand has reached the resting marker, the marker moves at {SPEED} m/s fo
 in its own plane: on a circle with a radius of {1e2 * RADIUS:.0f} cm or, in every other start, to and fro (a
 sine of that amplitude, with that speed as its maximum). Only paths that the robot can follow are shown:
 everywhere on them the arm is neither stretched nor near the body, its joints can move the hand along the
-path a tenth faster than the marker, the hand would stay inside the workspace for another {AHEAD_S} s at that
+path a tenth faster than the marker, the hand would stay inside the workspace for {STOPPING_S} s more at that
 speed, as the gate demands, and the head can turn so that its camera sees the marker. Every such start
 counts. Errors while following are measured from {SETTLING:.0f} s after the marker begins to move, in each
 control cycle, whatever state the loop is in. Settings: `[arm] follow {FOLLOW}`,
@@ -93,7 +94,7 @@ def can_follow(model: KinematicModel, board: Pose, path: Path) -> bool:
             return False
         velocity = (reach.goal(in_base @ moved(board, path(seconds + STEP)))[:3, 3] - goal[:3, 3]) / STEP
         faster = velocity * RESERVE
-        if not (reach.inside(goal[:3, 3]) and reach.inside(goal[:3, 3] + faster * AHEAD_S)):
+        if not (reach.inside(goal[:3, 3]) and reach.inside(goal[:3, 3] + faster * STOPPING_S)):
             return False
         if np.linalg.svd(arm.jacobian(angles))[1][-1] < STRETCHED or not can_move(arm, angles, faster):
             return False

@@ -264,7 +264,7 @@ def stage(trial: Trial, domain: int, folder: Path, config: Path) -> Iterator[tup
             stack.callback(simulator.end)
             simulator.wait_for("TIAGo listens")
             servo = []
-        servo = ["servo", "--robot", trial.robot, "--headless", "--seconds", "90", *servo]
+        servo = ["servo", "--robot", trial.robot, "--headless", "--no-keyboard", "--seconds", "90", *servo]
         program = Program([*servo, "--config", str(config)], environment)
         stack.callback(program.end)
         yield program, truth

@@ -65,6 +65,11 @@ def add_commands(commands: Any) -> None:
         "--screenshot", type=Path, metavar="FILE", help="save a screenshot of the window after --seconds"
     )
     add_theme(parser)
+    parser.add_argument(
+        "--no-keyboard",
+        action="store_true",
+        help="with --headless: run without the emergency stop on the keyboard, as in a pipe or a service",
+    )
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
     add_target(parser)
@@ -151,6 +156,7 @@ def _run(options: argparse.Namespace) -> int:
 
     if options.screenshot is not None and (options.seconds is None or options.headless):
         raise UsageError("--screenshot needs the window and --seconds, after which it is taken")
+    _check_stop(options)
     config = configuration(options)
     single_threaded()
     with ExitStack() as stack:
@@ -191,8 +197,8 @@ def _follow(
         # Without a window, the command itself lets the robot move.
         runner.start(held=HELD if window is not None and scene.real else "")
         began = time.monotonic()
-        if options.headless and _at_terminal():
-            print_line("Enter stops the robot, r resumes, q ends", flush=True)
+        if options.headless:
+            print_line(_NO_KEYS if options.no_keyboard or not _at_terminal() else _KEYS, flush=True)
 
         def over() -> bool:
             timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
@@ -205,7 +211,9 @@ def _follow(
             if stop.is_set():
                 runner.emergency_stop("interrupted")
                 break
-            if _typed(KEYBOARD_PERIOD, runner, stop) == "q":
+            if options.no_keyboard:
+                stop.wait(KEYBOARD_PERIOD)
+            elif _typed(KEYBOARD_PERIOD, runner, stop) == "q":
                 break
         facts = {**_timing(runner), **(scene.truth() if scene.truth else {})}
     finally:
@@ -270,6 +278,21 @@ class _Outcome:
     def fail(self, reason: str) -> None:
         """Remember why the loop ended, or did not let the robot move."""
         self.failure = reason
+
+
+_KEYS = "Enter stops the robot, r resumes, q ends"
+_NO_KEYS = "the keyboard does not stop the robot: standard input is not used, or no terminal"
+
+
+def _check_stop(options: argparse.Namespace) -> None:
+    """Raise UsageError if a real robot would move without a window, a keyboard or a network to stop it."""
+    real = options.robot in ("teo", "tiago") and not options.dry_run
+    other = options.no_keyboard or options.publish or options.publish_ros2
+    if real and options.headless and not other and not _at_terminal():
+        raise UsageError(
+            "standard input is no terminal, so Enter could not stop the robot: run this in a terminal, add "
+            "--publish or --publish-ros2 to stop it over a network, or --no-keyboard to go without"
+        )
 
 
 def _at_terminal() -> bool:

@@ -327,7 +327,7 @@ def _guardian(robot: Robot, config: Config, stack: ExitStack) -> GuardianLink:
     """Return a guardian for a robot that is not open yet: both start together, and it is closed last."""
     from grabbergui.servo.guardian_link import GuardianLink
 
-    guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
+    guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout, config.safety.lag)
     guardian.open()
     stack.callback(guardian.close)
     return guardian

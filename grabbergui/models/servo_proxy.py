@@ -38,10 +38,11 @@ log = logging.getLogger(__name__)
 
 PERIOD = 0.04
 "Seconds between two reports."
-HEARTBEAT_PERIOD = 0.1
+HEARTBEAT_PERIOD = 0.05
 "Seconds between two heartbeats of the window."
-HEARTBEAT_TIMEOUT = 2.0
-"Seconds without a heartbeat after which the robot is stopped, because the window's stop button is dead."
+HEARTBEAT_LATE, HEARTBEAT_TIMEOUT = 0.2, 2.0
+"""Seconds without a heartbeat, when the window's stop button is dead, after which the robot waits at rest,
+and after which it is stopped until *Start*."""
 CONFIRMATION_TIMEOUT = 0.5
 "Seconds within which the loop confirms a stop."
 _MOST_CYCLES = 200
@@ -189,9 +190,9 @@ class RunnerServer:
 
     def _check_heartbeat(self) -> None:
         """Stop the robot if the window hangs, because its stop button is dead then."""
-        silent = (
-            self._last_heartbeat is not None and time.monotonic() - self._last_heartbeat > HEARTBEAT_TIMEOUT
-        )
+        age = 0.0 if self._last_heartbeat is None else time.monotonic() - self._last_heartbeat
+        self._runner.gate.paused = NOT_ANSWERING if age > HEARTBEAT_LATE else ""
+        silent = age > HEARTBEAT_TIMEOUT
         if silent and not self._not_answering:
             _start_thread(partial(self._runner.emergency_stop, NOT_ANSWERING), "emergency stop")
             log.error("%s: the robot is stopped", NOT_ANSWERING)
@@ -199,7 +200,8 @@ class RunnerServer:
 
     def _receive(self) -> None:
         while (request := read(self._from)) is not None:
-            self._last_heartbeat, self.shown = time.monotonic(), True
+            if request.kind is not RequestKind.IMAGE_TAKEN:  # which a window sends although it hangs
+                self._last_heartbeat, self.shown = time.monotonic(), True
             if request.kind is RequestKind.STOP:
                 # A thread for each stop: a hanging network must not delay a second stop.
                 _start_thread(partial(self._stop, request), "emergency stop")
@@ -211,7 +213,7 @@ class RunnerServer:
                 self._taken = True
             elif request.kind is RequestKind.CLOSED:
                 break
-        self._last_heartbeat = None
+        self._last_heartbeat, self._runner.gate.paused = None, ""
         if not self.closed.is_set():
             self._runner.emergency_stop(CLOSED)
         self.closed.set()

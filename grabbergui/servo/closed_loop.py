@@ -32,7 +32,7 @@ from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import Detector, FaceSearch, Sighting, face_detector, marker_detector
-from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo
@@ -291,11 +291,14 @@ class ClosedLoop:
         cycle = self.loop.cycle(self.now, self.robot.state())
         if cycle.state is State.STOPPED and not self.gate.halted:
             self.gate.halt(cycle.reason)
-        passed = self.gate.send(cycle.command, self.now)
-        self.loop.commanded(cycle.command if passed else Command(halt=True), self.gate.hindrance)
+        self.gate.send(cycle.command, self.now)
+        self.loop.held_back(self.gate.hindrance)
+        if self.gate.halted:
+            self.loop.machine.stop(self.now, self.gate.halted)
         self.cycles.append(cycle)
         self._pass(1 / self.config.loop.rate)
         self.gate.expire(self.now)
+        self.gate.beat(self.now)
         return cycle
 
     def _pass(self, seconds: float) -> None:

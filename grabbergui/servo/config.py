@@ -233,7 +233,7 @@ class SafetyConfig:
     robot_timeout: float = _limited(0.15, 0.02, 0.2, "s")
     "Age of the robot's newest reading beyond which everything stops, seconds."
     freeze: float = _limited(0.3, 0.1, 2, "s")
-    "Seconds of commanded motion in which readings may repeat, as those of slow or coarse encoders do."
+    "Seconds within which the readings must show a motion as it was commanded, or the robot is stopped."
     stuck: float = _limited(3.0, 0.1, 60, "s")
     "Seconds without progress after which an approach ends."
     search_after: float = _limited(2.0, 0, 3600, "s")
@@ -249,6 +249,11 @@ class SafetyConfig:
 
     def __post_init__(self) -> None:
         parse_boxes(self.obstacles)
+
+    @property
+    def lag(self) -> float:
+        """Seconds by which readings may trail commands: drives, networks and busy computers are late."""
+        return self.freeze / 2
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,6 @@ FOLLOW_GAIN = 6.5
 FOLLOW_ACCELERATION = 8.0
 """Factor on the hand's acceleration while it follows: the target accelerates, too, and after a short stop for
 a late image the hand must catch up."""
-AHEAD_S = 0.2
-"Seconds of motion that must end inside the workspace, as the gate demands."
 RATE_S = 0.01
 "Seconds over which the rate is computed at which a moving target leaves the middle."
 
@@ -124,8 +122,6 @@ class ArmController:
     def __init__(self, config: ArmConfig, standoff: float) -> None:
         self.error = (math.inf, math.inf)
         "Last distance from the hand to the goal, metres and radians."
-        self.confined = False
-        "Whether the workspace limited the last velocity."
         self._config = config
         self._standoff = standoff
         self._twist = np.zeros(6)
@@ -176,7 +172,7 @@ class ArmController:
         faster = np.abs(wanted) > np.abs(self._twist)
         change = wanted - self._twist
         self._twist = np.where(faster, self._twist + np.clip(change, -limit, limit), wanted)
-        return self._kept_inside(hand, self._twist, seconds)
+        return self._twist
 
     @property
     def arrived(self) -> bool:
@@ -214,13 +210,3 @@ class ArmController:
         wanted: Vector = velocity + nearer
         speed = float(np.linalg.norm(wanted))
         return wanted * min(1.0, self._config.follow / max(speed, 1e-9))
-
-    def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
-        """Limit the velocity so that the hand reaches the workspace's edge no sooner than in `AHEAD_S`."""
-        low, high = self._config.workspace
-        ahead, here = max(seconds, AHEAD_S), hand[:3, 3]
-        # A hand that is outside may return, but not go further.
-        slowest, fastest = np.minimum(low - here, 0.0) / ahead, np.maximum(high - here, 0.0) / ahead
-        velocity = np.clip(twist[:3], slowest, fastest)
-        self.confined = bool((velocity != twist[:3]).any())
-        return np.concatenate((velocity, twist[3:]))

@@ -1,10 +1,10 @@
 """The gate: the only way by which commands reach a robot.
 
-It refuses commands that are not finite or too fast, that would lead the hand out of the workspace or the arm
-into the robot's body or an obstacle, and every motion while the emergency stop is on or the guardian could
-not stop the robot. It stops the robot when commands cease. A stop always passes, from any thread, and goes to
-the guardian, too; only a planned rest that the robot confirms does not. A stop is logged only afterwards, as
-a terminal may take no text for a while (Ctrl-S).
+It slows every motion down to the limits (see `motion`), and refuses commands that are not finite, and every
+motion while the emergency stop is on or the guardian could not stop the robot. It stops the robot when
+commands cease, and when the guardian finds that the robot does something else (see `monitor`). A stop always
+passes, from any thread, and goes to the guardian, too; only a planned rest that the robot confirms does not.
+A stop is logged only afterwards, as a terminal may take no text for a while (Ctrl-S).
 """
 
 from __future__ import annotations
@@ -15,15 +15,14 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache
 
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import GrabberError, RobotStoppedError
+from grabbergui.core.errors import AccessDeniedError, GrabberError, RobotStoppedError
 from grabbergui.servo.config import Config
-from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
-from grabbergui.servo.kinematics import Body, Contact, nearest_box, parse_boxes
+from grabbergui.servo.guardian_link import ALLOWED, Guard, LocalGuard, Verdict
+from grabbergui.servo.motion import STOPPING_S, Observer, Plan, Space, limits_of, planned
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
 log = logging.getLogger(__name__)
@@ -50,20 +49,24 @@ class Command:
         return replace(self, head=self.head * factor, head_step=step, hand=self.hand * factor)
 
     @property
+    def finite(self) -> bool:
+        """Whether all its numbers are finite."""
+        parts = (self.head, self.hand) if self.head_step is None else (self.head, self.hand, self.head_step)
+        return all(np.isfinite(part).all() for part in parts)
+
+    @property
     def moves(self) -> bool:
         """Whether anything is to move."""
         return bool(np.any(self.head) or np.any(self.hand) or self.head_step is not None)
 
 
-LOOKAHEAD_S = 0.2
-"Seconds that a hand may continue after its last command: the gate checks where that would lead."
 LEAD_S = 0.1
 "Seconds by which streamed positions are ahead of the robot; it moves for no longer without another."
-SLOWER = (1.0, 0.5, 0.25, 0.1)
-"Fractions of the wanted speed to try, so that the hand slows down near an obstacle."
+MOST_STEP = math.radians(10)
+"The largest relative move of the head."
 _WATCH_S = 0.02
-EDGE_M = 0.002
-"Metres by which rounding and drives may take a hand beyond the workspace's edge."
+HERE = "this computer"
+"Where a stop was pressed: in the window, or on the keyboard."
 
 
 class CommandGate:
@@ -79,20 +82,24 @@ class CommandGate:
         "Commands that were refused."
         self.hindrance = ""
         "Why the newest command's hand was slowed down or refused; empty if it was not."
+        self.paused = ""
+        "Why the robot waits at rest, as display text; empty if it need not. Any thread may set it."
         self._robot: Robot = Bystander(robot) if dry_run else robot
         self._dry_run = dry_run
-        self._config = config
-        self._obstacles = parse_boxes(config.safety.obstacles)
-        self._guard = guard or Guard()
+        self._guard = guard or LocalGuard(config.safety.lag)
         self._lock = threading.RLock()
+        self._observer, self._observing = Observer(robot.model.arm), threading.Lock()
+        self.tune(config)
         self._last_word = -math.inf
         self._until = math.inf
         self._moving = False
         self._halt_lock = threading.RLock()
-        "Guards the three below; held only while they are read or set, so that no stop waits."
+        "Guards the four below; held only while they are read or set, so that no stop waits."
         self._halted = ""
         self._acknowledged = False
         "Whether that reason is known to a person, so that another stop may replace it."
+        self._pressed: set[str] = set()
+        "Where persons have stopped it since it was last released."
         self._stops = 0
 
     @property
@@ -114,7 +121,7 @@ class CommandGate:
         """Change the limits."""
         with self._lock:
             self._config = config
-            self._obstacles = parse_boxes(config.safety.obstacles)
+            self._space, self._limits = Space(self._robot.model, config), limits_of(config)
 
     def send(self, command: Command, now: float) -> bool:
         """Pass a command on; return whether it reached the robot. Stops a robot that rejects it."""
@@ -122,19 +129,24 @@ class CommandGate:
             if self._halted:
                 self.refused += command.moves
                 return False
-            problem = self._problem(command)
-            if problem:
+            if self.paused:
+                self.refused += command.moves
+                self._rest()
+                return False
+            if not command.finite:
                 self.refused += 1
                 self._rest()
-                log.error("no command sent: %s", problem)
+                log.error("no command sent: it has numbers that are not finite")
                 return False
-            command = self._kept_clear(command)
+            command, joints = self._within_limits(command, now)
             self._last_word, self._until = now, command.until
             if command.halt or (not command.moves and not self._stepping):
                 self._rest()
+                self._observe(now)
                 return True
             # Before it is sent: the watchdog stops a robot that takes too long to accept it.
             before, self._moving = self._moving, True
+            self._observe(now)
             verdict = self._guard.beat(lambda: self._moving)
             if verdict != ALLOWED:
                 self.refused += command.moves
@@ -164,6 +176,8 @@ class CommandGate:
                 return False
             self.sent += command.moves
             self._moving = True  # again, as the watchdog may have stopped it in between
+            with self._observing:
+                self._observer.command(now, joints, command.head, command.head_step)
             return True
 
     def _move_head(self, command: Command) -> None:
@@ -190,20 +204,24 @@ class CommandGate:
         with self._lock:
             self._rest()
 
-    def halt(self, reason: str) -> None:
-        """Emergency stop: stop the robot even if it rests, and pass no command until `release`."""
-        self._halt(reason, planned=False)
+    def halt(self, reason: str, pressed: str = "") -> None:
+        """Emergency stop: stop the robot even if it rests, and pass no command until `release`.
+
+        `pressed` is where a person pressed the stop: `HERE`, or a network's name; empty for a fault.
+        """
+        self._halt(reason, pressed, planned=False)
 
     def hold(self, reason: str) -> None:
-        """Stop as `halt` does, because a person is to let the robot move; replace the last stop's reason."""
-        self._halt(reason, planned=True)
+        """Stop as `halt` does, because a person here is to let the robot move; replace the last reason."""
+        self._halt(reason, HERE, planned=True)
 
-    def _halt(self, reason: str, *, planned: bool) -> None:
+    def _halt(self, reason: str, pressed: str, *, planned: bool) -> None:
         # Before the commands' lock is taken: a command that hangs in the network must not delay a stop.
         with self._halt_lock:
             if planned or self._acknowledged or not self._halted:
                 self._halted = reason or "emergency stop"
                 self._acknowledged = planned
+            self._pressed |= {pressed} - {""}
             self._stops += 1
         self._guard.stop()
         self._robot.stop()
@@ -211,35 +229,45 @@ class CommandGate:
             self._robot.stop()  # again, as a command may have been in progress
             self._moving = False
 
-    def release(self, stops: int | None = None) -> None:
-        """End the emergency stop.
+    def release(self, stops: int | None = None, pressed: str = HERE) -> None:
+        """End the emergency stop, as a person demands who is at `HERE` or on a network.
 
-        `stops` is the number of stops when a person decided to end it, if that was earlier than now. Raises
+        `stops` is the number of stops when the person decided it, if that was earlier than now. Raises
         RobotStoppedError, and the stop stays on, if there was another one since, also while a guardian
-        started; SourceUnavailableError if no guardian can be started.
+        started; AccessDeniedError if it was pressed elsewhere; SourceUnavailableError if no guardian can be
+        started.
         """
         with self._halt_lock:
             stops = self._stops if stops is None else stops
             self._check_stops(stops)
+            elsewhere = sorted(self._pressed - {pressed})
+            if pressed != HERE and self._halted and elsewhere:
+                raise AccessDeniedError(
+                    f"{self._halted}; let the robot move on {' and '.join(elsewhere)}, where it was stopped"
+                )
             self._acknowledged = True
         self._guard.renew()
         with self._lock, self._halt_lock:
             self._check_stops(stops)
-            self._halted = ""
+            self._halted, self._pressed = "", set()
+            with self._observing:
+                self._observer.forget()
 
     def _check_stops(self, stops: int) -> None:
         if self._halted and self._stops != stops:
             raise RobotStoppedError(self._halted)
 
-    def beat(self) -> None:
-        """Send the guardian a heartbeat and obey its verdict. For a watchdog."""
+    def beat(self, now: float) -> None:
+        """Send the guardian a heartbeat and the newest reading, and obey its verdict. For a watchdog."""
+        self._observe(now)
         self._heed(self._guard.beat(lambda: self._moving))
 
     def watch(self, going: Callable[[], bool], clock: Callable[[], float] = time.monotonic) -> None:
         """Be the watchdog, on a thread of its own, while `going`: `expire` and `beat` every 20 ms."""
         while going():
-            self.expire(clock())
-            self.beat()
+            now = clock()
+            self.expire(now)
+            self.beat(now)
             time.sleep(_WATCH_S)
 
     def expire(self, now: float) -> bool:
@@ -266,104 +294,58 @@ class CommandGate:
             self._moving = False
             self._robot.stop()
 
+    def _observe(self, now: float) -> None:
+        """Let the guardian compare the newest reading with what was commanded, while commands may pass."""
+        if self._halted or self._dry_run or (state := self._reading()) is None:
+            return
+        with self._observing:
+            if not self._moving:
+                self._observer.rest(now)
+            seen = self._observer.look(now, state, self._space, self._limits)
+        if seen is not None:
+            self._guard.observe(seen)
+
+    def _reading(self) -> RobotState | None:
+        try:
+            return self._robot.state()
+        except GrabberError as error:
+            log.debug("%s: %s", self._robot.name, error)
+            return None
+
     def _rest(self) -> None:
         if self._moving:
             self._moving = False
             if not self._robot.stop():
                 self._guard.stop()  # over its own connections
 
-    # -- space -----------------------------------------------------------------------------------
-    def _kept_clear(self, command: Command) -> Command:
-        """Return the command with its hand slowed down or at rest if it would come too near to anything."""
-        before, self.hindrance = self.hindrance, ""
-        if not np.any(command.hand):
-            return command
-        state = self._robot.state()
-        if state is None or not state.sound:
-            self.hindrance = (
-                "the robot has not reported where its hand is"
-                if state is None
-                else "the robot's readings are no numbers"
-            )
-            return replace(command, hand=np.zeros(6))
-        distance_now = cache(lambda: self._distance_now(state))
-        for factor in SLOWER:
-            hand = command.hand * factor
-            danger = self._danger(state, hand, distance_now)
-            if not danger:
-                return replace(command, hand=hand)
-            self.hindrance = self.hindrance or danger
-        self.refused += 1
-        if self.hindrance != before:
-            log.warning("the hand is held back: %s", self.hindrance)
-        return replace(command, hand=np.zeros(6))
-
-    def _danger(self, state: RobotState, hand: Vector, distance_now: Callable[[], float]) -> str:
-        """Return why a twist of the hand must not last for `LOOKAHEAD_S`; empty if it may.
-
-        `distance_now` is slow, so it is called only if the hand would come too near.
-        """
-        low, high = self._config.arm.workspace
-        ahead = state.hand[:3, 3] + hand[:3] * LOOKAHEAD_S
-        # A hand that is outside may return.
-        leaving = ((ahead < low - EDGE_M) & (hand[:3] < 0)) | ((ahead > high + EDGE_M) & (hand[:3] > 0))
-        if leaving.any():
-            axis = int(np.argmax(leaving))
-            return f"it would leave the workspace ({'xyz'[axis]} = {ahead[axis]:.2f} m)"
-        model = self._robot.model
-        if model.body is None or state.arm is None:
-            return ""
-        moved = model.arm.velocities_for(state.arm, hand) * LOOKAHEAD_S
-        there = self._nearest(model.body, model.arm.clamped(state.arm + moved))
-        if there.distance >= self._config.safety.clearance:
-            return ""
-        # An arm that is too near already may only move away.
-        return _too_near(there) if there.distance < distance_now() else ""
-
-    def _distance_now(self, state: RobotState) -> float:
-        """Return the distance from the arm to the nearest shape, metres; infinite if it is not known."""
-        model = self._robot.model
-        if model.body is None or state.arm is None:
-            return math.inf
-        return self._nearest(model.body, model.arm.clamped(state.arm)).distance
-
+    # -- limits ----------------------------------------------------------------------------------
     def obstruction(self, arm: Vector) -> str:
         """Return why the arm must not rest at joint angles (radians), as display text; empty if it may."""
-        model = self._robot.model
-        place = model.arm.forward(arm)[:3, 3]
-        low, high = self._config.arm.workspace
-        if ((place < low) | (place > high)).any():
-            return "it would be outside the workspace"
-        if model.body is None:
-            return ""
-        contact = self._nearest(model.body, arm)
-        return _too_near(contact) if contact.distance < self._config.safety.clearance else ""
+        return self._space.refused(arm)
 
-    def _nearest(self, body: Body, arm: Vector) -> Contact:
-        contacts = [body.nearest(arm)]
-        if self._obstacles:
-            contacts.append(nearest_box(body.capsules(arm), self._obstacles))
-        return min(contacts, key=lambda contact: contact.distance)
+    def _within_limits(self, command: Command, now: float) -> tuple[Command, Vector]:
+        """Return the command, slowed down until all limits hold, and the arm's joint velocities."""
+        head = command.head * min(1.0, self._limits.head / max(float(np.abs(command.head).max()), 1e-9))
+        step = None if command.head_step is None else np.clip(command.head_step, -MOST_STEP, MOST_STEP)
+        before, self.hindrance = self.hindrance, ""
+        plan = self._planned(command.hand, now) if np.any(command.hand) else self._still()
+        self.hindrance = plan.reason
+        if plan.reason and not np.any(plan.twist):
+            self.refused += 1
+            if not before:
+                log.warning("the hand is held back: %s", plan.reason)
+        return replace(command, head=head, head_step=step, hand=plan.twist), plan.joints
 
-    # -- limits ----------------------------------------------------------------------------------
-    def _problem(self, command: Command) -> str:
-        config = self._config
-        numbers = [command.head, command.hand]
-        if command.head_step is not None:
-            numbers.append(command.head_step)
-        if not all(np.isfinite(part).all() for part in numbers):
-            return "it has numbers that are not finite"
-        slack = 1 + 1e-6
-        if np.abs(command.head).max() > math.radians(config.head.fastest) * slack:
-            return "the head would be too fast"
-        if np.linalg.norm(command.hand[:3]) > max(config.arm.fastest, config.arm.follow) * slack:
-            return "the hand would be too fast"
-        if np.linalg.norm(command.hand[3:]) > math.radians(config.arm.fastest_turn) * slack:
-            return "the hand would turn too fast"
-        if command.head_step is not None and np.abs(command.head_step).max() > math.radians(10):
-            return "the head's step would be too large"
-        return ""
+    def _planned(self, hand: Vector, now: float) -> Plan:
+        state = self._reading()
+        if state is None:
+            return self._still("the robot has not reported where its hand is")
+        if not state.sound:
+            return self._still("the robot's readings are no numbers")
+        if state.arm is None:
+            return self._still("the robot does not report the angles of its arm")
+        age = min(max(now - state.time, 0.0), STOPPING_S)
+        return planned(self._robot.model.arm, self._space, self._limits, state.arm, hand, age)
 
-
-def _too_near(contact: Contact) -> str:
-    return f"{contact.part} would come within {1e3 * max(contact.distance, 0):.0f} mm of {contact.other}"
+    def _still(self, reason: str = "") -> Plan:
+        return Plan(np.zeros(6), np.zeros_like(self._robot.model.arm.low), reason)

@@ -2,15 +2,16 @@
 
 The servo program starts it before the first motion (`guardian_link`) and sends it a heartbeat every 20 ms.
 When the program is killed, the pipe ends; when it is frozen, the heartbeats cease. Either way the guardian
-sends the stop on connections that it opened beforehand. It imports Qt and numpy only if a channel needs them,
-so that it starts fast.
+sends the stop on connections that it opened beforehand. It also compares what the robot does with what it was
+commanded. It imports Qt and numpy only if a channel needs them, so that it starts fast.
 
 Both directions carry lines of JSON. From the servo program, on standard input:
 
-- `{"silence": 0.08, "channels": [{"kind": "yarp stream", …}, …]}`: first, and once; the other keys of a
-  channel are the arguments of its class;
+- `{"silence": 0.08, "lag": 0.15, "channels": [{"kind": "yarp stream", …}, …]}`: first, and once; the other
+  keys of a channel are the arguments of its class;
 - `{"moving": true, "stops": 0}`: a heartbeat. `stops` is the number of the guardian's stops that the program
   knows of, so that a program that was frozen cannot continue as if nothing had happened;
+- `{"seen": {…}}`: an `Observation` for its `Monitor`, and `{"forget": true}`: the monitor starts again;
 - `{"stop": 3}`: stop now; numbered, so that the guardian can report when it is done;
 - `{"quit": true}`: the robot is at rest, end.
 
@@ -36,6 +37,7 @@ from typing import Any
 
 from grabbergui.core.json_text import to_json
 from grabbergui.core.scheduling import lock_memory, run_first
+from grabbergui.servo.monitor import Monitor, Observation
 
 KINDS = {
     "yarp stream": "grabbergui.servo.guardian_yarp:StreamChannel",
@@ -87,6 +89,8 @@ class Report:
     "Why it could not stop the robot; empty if it could."
     asked: int = 0
     "Number of the last stop that the program requested."
+    fault: bool = False
+    "Whether the reason is that the robot does not do what it was commanded: only a person may resume it."
     stopping: bool = False
     "Whether a stop is in progress or will be repeated; it would end a motion that begins now."
 
@@ -100,6 +104,8 @@ class Vigil:
         "Alarms so far."
         self.why = ""
         "Reason of the last."
+        self.fault = False
+        "Whether the last was a fault of the robot's."
         self.asked_for = 0
         "Number of the last stop that the program requested."
         self._silence = silence
@@ -121,10 +127,10 @@ class Vigil:
         if stops == self.stops:
             self._limit = now + self._silence if moving else math.inf
 
-    def alarm(self, now: float, why: str) -> None:
+    def alarm(self, now: float, why: str, *, fault: bool = False) -> None:
         """Stop now, and repeat it a few times."""
         self.stops += 1
-        self.why, self._limit = why, math.inf
+        self.why, self.fault, self._limit = why, fault, math.inf
         self._repeats = [now + seconds for seconds in REPEATS]
 
     def asked(self, now: float, number: int) -> None:
@@ -201,9 +207,10 @@ class Keeper:
 class Guardian:
     """Listens to the servo program and stops the robot."""
 
-    def __init__(self, keepers: list[Keeper], silence: float, reports: int) -> None:
-        """`reports` is the descriptor that reports are written to; for `silence` see `Vigil`."""
+    def __init__(self, keepers: list[Keeper], silence: float, lag: float, reports: int) -> None:
+        """`reports` is the descriptor that reports are written to; for the others see `Vigil`, `Monitor`."""
         self._keepers = keepers
+        self._monitor, self._faulty = Monitor(lag), False
         self._reports = reports
         self._vigil = Vigil(silence)
         self._ready = False
@@ -233,6 +240,14 @@ class Guardian:
                 return True
             if "stop" in message:
                 self._vigil.asked(now, message["stop"])
+            elif "forget" in message:
+                self._monitor.forget()
+                self._faulty = False
+            elif "seen" in message:
+                problem = self._monitor.look(Observation.read(message["seen"]))
+                if problem and not self._faulty:  # one alarm until a person resumes
+                    self._faulty = True
+                    self._vigil.alarm(now, problem, fault=True)
             else:
                 self._vigil.beat(now, message["moving"], message["stops"])
             self._act()
@@ -258,7 +273,7 @@ class Guardian:
             self._ready = True
             if refused := "; ".join(filter(None, (run_first(), lock_memory()))):
                 _say(f"a stop may come late on a busy machine: {refused}")
-        report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, stopping)
+        report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, vigil.fault, stopping)
         with suppress(OSError):  # the program has ended: the next read reports it
             os.write(self._reports, to_json(asdict(report)).encode() + b"\n")
 
@@ -333,7 +348,7 @@ def main() -> None:
     except EOFError:
         return
     keepers = [Keeper(channel(each)) for each in start["channels"]]
-    Guardian(keepers, start["silence"], reports).run(lines)
+    Guardian(keepers, start["silence"], start["lag"], reports).run(lines)
 
 
 def _on_terminate(*_: object) -> None:

@@ -11,19 +11,20 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.json_text import to_json
 from grabbergui.servo.guardian import Report
+from grabbergui.servo.monitor import Monitor, Observation
 
 log = logging.getLogger(__name__)
 
 READY_TIMEOUT = 20.0
 "Seconds to find and connect every channel: discovery in a busy ROS network is slow."
-DEAF_S = 0.5
-"Seconds without an answer after which the guardian counts as hung."
+LATE_S, DEAF_S = 0.1, 0.5
+"Seconds without an answer after which the robot waits for the guardian, and after which it counts as hung."
 HICCUP_S = 1.0
 "Seconds of this program's silence after which only a person may resume a robot that the guardian stopped."
 END_S, HUNG_S = 5.0, 0.1
@@ -45,7 +46,10 @@ ALLOWED = Verdict()
 
 
 class Guard:
-    """No guardian: for a robot that comes to rest when this program ends, as a simulated one does."""
+    """No guardian, and nobody who compares readings with commands."""
+
+    def observe(self, seen: Observation) -> None:
+        """Compare a reading with what was commanded; the next verdict has the outcome."""
 
     def beat(self, moving: Callable[[], bool]) -> Verdict:
         """Return whether the robot may move."""
@@ -58,6 +62,27 @@ class Guard:
         """Do nothing."""
 
 
+class LocalGuard(Guard):
+    """Only the monitor: for a robot that comes to rest when this program ends, as a simulated one does."""
+
+    def __init__(self, lag: float) -> None:
+        """For `lag` see `Monitor`."""
+        self._monitor, self._problem = Monitor(lag), ""
+
+    def observe(self, seen: Observation) -> None:
+        """See Guard."""
+        self._problem = self._problem or self._monitor.look(seen)
+
+    def beat(self, moving: Callable[[], bool]) -> Verdict:
+        """See Guard."""
+        return Verdict(self._problem, for_good=bool(self._problem))
+
+    def renew(self) -> None:
+        """See Guard."""
+        self._monitor.forget()
+        self._problem = ""
+
+
 class GuardianLink(Guard):
     """One guardian process; `renew` starts another if it has ended. Any thread."""
 
@@ -65,10 +90,14 @@ class GuardianLink(Guard):
         self,
         channels: Sequence[Mapping[str, Any]],
         silence: float,
+        lag: float = 0.15,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """See `guardian` for the channels; after `silence` seconds without a heartbeat it raises an alarm."""
-        self._start = {"silence": silence, "channels": list(channels)}
+        """See `guardian` for the channels; after `silence` seconds without a heartbeat it raises an alarm.
+
+        `lag` is that of its `Monitor`.
+        """
+        self._start = {"silence": silence, "lag": lag, "channels": list(channels)}
         self._silence = silence
         self._clock = clock
         self._lock = threading.Lock()
@@ -130,6 +159,8 @@ class GuardianLink(Guard):
             if self._failure or self._process is None:
                 self._end()
                 self.open()
+            with self._lock:
+                self._write({"forget": True})
             self.await_ready()
 
     def beat(self, moving: Callable[[], bool]) -> Verdict:
@@ -142,6 +173,11 @@ class GuardianLink(Guard):
             verdict = self._judged(now, gap)
             self._write({"moving": verdict == ALLOWED and moving(), "stops": self._stops})
             return verdict
+
+    def observe(self, seen: Observation) -> None:
+        """See Guard. Never waits."""
+        with self._lock:
+            self._write({"seen": asdict(seen)})
 
     def stop(self) -> None:
         """Request a stop on the guardian's own connections. Never waits, never raises."""
@@ -168,9 +204,12 @@ class GuardianLink(Guard):
         if report.stops != self._stops:
             self._stops = report.stops
             why = f"the guardian stopped the robot: {report.why}"
-            if gap < HICCUP_S:
+            for_good = report.fault or gap >= HICCUP_S
+            if not for_good:
                 log.warning("%s; motion continues (was this computer busy?)", why)
-            return Verdict(why, for_good=gap >= HICCUP_S)
+            return Verdict(report.why if report.fault else why, for_good)
+        if now - self._answered > LATE_S:
+            return Verdict("the guardian is late")
         if report.problem:
             return Verdict(f"the guardian could not stop the robot: {report.problem}", for_good=True)
         if report.stopping or report.asked != self._asked:

@@ -30,7 +30,6 @@ from grabbergui.core.errors import CalibrationError, RobotStoppedError, SourceUn
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
-from grabbergui.servo.state_machine import EncoderWatch
 
 log = logging.getLogger(__name__)
 
@@ -137,7 +136,6 @@ class HandEyeRun:
         self._views: list[HandEyeView] = []
         self._wanted = 0
         self._stops = gate.stops
-        self._watch = EncoderWatch(config.safety.freeze)
 
     def run(self, wanted: int = VIEWS) -> HandEyeResult:
         """Take `wanted` views and compute the result. The robot rests on return.
@@ -270,29 +268,12 @@ class HandEyeRun:
                     return True
                 if away < nearest - 0.002:
                     nearest, improved = away, now
-                if now - improved > STALLED_S or now - began > LONGEST_S or self._blocked(state, command):
+                if now - improved > STALLED_S or now - began > LONGEST_S:
                     return False
-                passed = self._gate.send(command, now)
-                self._watch.commanded(command if passed else Command(), self._gate.hindrance)
+                self._gate.send(command, now)
                 self._pause(1 / self._config.loop.rate)
         finally:
             self._gate.rest()
-            self._watch.commanded(Command())
-            self._watch.reset()
-
-    def _blocked(self, state: RobotState, command: Command) -> bool:
-        """Return whether the arm cannot but stand still; stop a robot whose encoders repeat their reading.
-
-        Raises RobotStoppedError after a stop.
-        """
-        self._watch.look(state)
-        if not self._watch.problem:
-            return False
-        if state.arm is not None and self._robot.model.arm.hindrance(state.arm, command.hand):
-            return True
-        self._gate.halt(self._watch.problem)
-        self._check()
-        return False
 
     def _command(self, state: RobotState, goal: Vector, part: float) -> tuple[Command, float]:
         """Return the command towards joint angles at a fraction of the speed, and the distance left."""

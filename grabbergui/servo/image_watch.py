@@ -1,4 +1,4 @@
-"""Notices a camera that sends images again. No I/O, no clock.
+"""Notices a camera that sends images again, or long after they were taken. No I/O, no clock.
 
 A camera that hangs may send its last image for ever, with new stamps, and one whose ring of buffers is stuck
 its last few in turn: a head that turned to a target in them would turn on and on, and a hand be guided blind.
@@ -91,3 +91,23 @@ def _rests(before: Vector | None, now: Vector | None) -> bool:
 def _region_text(region: tuple[int, int, int, int]) -> str:
     width, height, x, y = region
     return f"{width}×{height} at ({x}, {y})"
+
+
+AGREE_S = 2.0
+"Seconds between a sender's stamp and the arrival, up to which the stamp is of the same clock."
+
+
+class SenderStamps:
+    """Finds by the senders' stamps that images were long on their way: over YARP and ROS 2.
+
+    Whether the sender's clock agrees with this computer's is known from any image: it agrees for good.
+    """
+
+    def __init__(self) -> None:
+        self._agrees = False
+
+    def seconds_late(self, frame: Frame) -> float:
+        """Return how long before `Frame.captured` an image was stamped; 0 if that is not known."""
+        late = 1e-9 * (frame.received_ns - frame.timestamp_ns) if frame.timestamp_ns else -1.0
+        self._agrees |= 0 <= late < AGREE_S
+        return max(late, 0.0) if self._agrees else 0.0

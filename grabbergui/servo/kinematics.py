@@ -23,6 +23,10 @@ AT_LIMIT = 1e-3
 "Radians from a joint's limit within which the joint counts as being at it."
 STRETCHED = 0.05
 "Singular value of the Jacobian (m/rad or rad/rad) below which the arm hardly moves in a direction."
+LEVER = 0.1
+"Metres that an error of one radian counts as."
+DAMPING = 0.01
+"Damping of the least squares by which motion is planned, m/rad."
 _INVERSE_STEPS = 300
 _REACHED = 1e-6
 "Largest remaining error, metres or radians, at which the goal counts as reached."
@@ -66,30 +70,40 @@ class Chain(ABC):
 
     def limited(self, velocities: Vector) -> Vector:
         """Return the same direction of motion within each joint's highest speed."""
-        excess = float(np.max(np.abs(velocities) / self.fastest))
-        return velocities / excess if excess > 1 else velocities
+        return velocities / max(1.0, self.excess(velocities))
+
+    def excess(self, velocities: Vector) -> float:
+        """Return the largest ratio of a joint's speed to its highest one."""
+        return float(np.max(np.abs(velocities) / self.fastest))
 
     def velocities_for(self, angles: Vector, twist: Vector, damping: float = 0.02) -> Vector:
-        """Return the joint velocities whose tool twist is nearest to `twist`; no joint exceeds its limit.
+        """Return `response`, slowed down so that no joint exceeds its highest speed."""
+        return self.limited(self.response(angles, twist, damping))
+
+    def response(self, angles: Vector, twist: Vector, damping: float = 0.02) -> Vector:
+        """Return the joint velocities whose tool twist is nearest to `twist`, as a Cartesian controller does.
 
         Damped least squares keep velocities finite near singular poses. A joint at its limit that would move
-        outwards is held, and the others compensate.
+        outwards is held, and the others compensate; metres then count as much as radians, so the tool may
+        become faster than `twist`.
         """
-        jacobian = self.jacobian(angles)
-        free = np.ones(len(self.low), bool)
-        velocities = np.zeros(len(self.low))
-        for _ in self.low:
-            part = jacobian[:, free]
-            system = part @ part.T + damping**2 * np.eye(6)
-            velocities[:] = 0.0
-            velocities[free] = part.T @ np.linalg.solve(system, twist)
-            outwards = self._outwards(angles, velocities, 1e-6)
-            if not (outwards & free).any():
-                break
-            free &= ~outwards
-            if not free.any():
-                return np.zeros(len(self.low))
-        return self.limited(velocities)
+        low = np.where(angles <= self.low + 1e-6, 0.0, -np.inf)
+        high = np.where(angles >= self.high - 1e-6, 0.0, np.inf)
+        return _least_squares(self.jacobian(angles), twist, low, high, damping)
+
+    def attainable(self, angles: Vector, twist: Vector, seconds: float) -> Vector:
+        """Return the tool's twist nearest to `twist` that lasts for `seconds` within the joints' limits.
+
+        A controller with any solver follows it, as the tool can do exactly that. A radian counts as `LEVER`
+        metres: the tool turns less before it leaves its line.
+        """
+        jacobian, weight = self.jacobian(angles), np.repeat((1.0, LEVER), 3)
+        low, high = (np.minimum(self.low - angles, 0.0), np.maximum(self.high - angles, 0.0))
+        velocities = _least_squares(
+            weight[:, None] * jacobian, weight * twist, low / seconds, high / seconds, DAMPING
+        )
+        found: Vector = jacobian @ velocities
+        return found
 
     def hindrance(self, angles: Vector, twist: Vector) -> str:
         """Return why the tool cannot follow a twist, as display text; empty if it can."""
@@ -122,6 +136,23 @@ class Chain(ABC):
             (angles >= self.high - margin) & (velocities > 0)
         )
         return outwards
+
+
+def _least_squares(
+    jacobian: NDArray[np.float64], twist: Vector, low: Vector, high: Vector, damping: float
+) -> Vector:
+    """Return the joint velocities from `low` to `high` whose twist is nearest to `twist`, damped."""
+    velocities, free = np.zeros(len(low)), np.ones(len(low), bool)
+    while free.any():
+        part = jacobian[:, free]
+        left = twist - jacobian[:, ~free] @ velocities[~free]
+        velocities[free] = part.T @ np.linalg.solve(part @ part.T + damping**2 * np.eye(6), left)
+        beyond = free & ((velocities < low) | (velocities > high))
+        if not beyond.any():
+            break
+        velocities[beyond] = np.clip(velocities, low, high)[beyond]
+        free &= ~beyond
+    return velocities
 
 
 # -- distances -----------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
 from grabbergui.servo.robots.robot import ARM, HEAD, JointHistory, Robot, RobotState
-from grabbergui.servo.state_machine import EncoderWatch, ProgressWatch, Situation, State, StateMachine
+from grabbergui.servo.state_machine import ProgressWatch, Situation, State, StateMachine
 from grabbergui.servo.tracking import FaceTrack, MarkerTrack, TargetMotion
 
 RESPONSE_S = 0.04
@@ -80,10 +80,8 @@ class ServoLoop:
         self._parts = robot.parts
         self._silence = robot.silence
         self._history = JointHistory()
-        self._watch = EncoderWatch(config.safety.freeze)
         self._progress = ProgressWatch(config.safety.stuck)
         self._stuck = ""
-        self._twist = np.zeros(6)
         self._hindrance = robot.model.arm.hindrance
         self._pending: Sighting | None = None
         self._before = -np.inf
@@ -109,7 +107,7 @@ class ServoLoop:
         self._last = now
         sound = robot is not None and robot.sound
         if robot is not None and sound:
-            self._add_reading(now, robot)
+            self._history.add(robot.time, robot.head)
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         captured = self.sighting.captured if self.sighting is not None else -np.inf
         fresh = -0.01 <= now - captured <= safety.image_timeout
@@ -142,7 +140,6 @@ class ServoLoop:
             command = replace(self._command(state, target, marker, robot, now, seconds), until=until)
         if not np.any(command.hand):
             self.arm.rest()
-        self._twist = command.hand
         right, down = map(float, self.head.offset) if target is not None else (np.nan, np.nan)
         error = self.arm.error if marker is not None else (np.nan, np.nan)
         reason = f"{self.machine.reason} (dry run: nothing is sent)" if self._dry_run else self.machine.reason
@@ -154,18 +151,9 @@ class ServoLoop:
         goal = None if marker is None else self.arm.goal(marker)
         return Moment(cycle, self.sighting, marker, goal, self.person.point)
 
-    def commanded(self, command: Command, held_back: str = "") -> None:
-        """Note the command that reached the robot, which is not one that the gate refused.
-
-        `held_back` is the gate's reason for slowing the hand down or refusing its motion.
-        """
-        self._held_back = held_back
-        self._watch.commanded(command, held_back)
-
-    def _add_reading(self, now: float, robot: RobotState) -> None:
-        self._history.add(robot.time, robot.head)
-        self._watch.look(robot)
-        self._judge_encoders(now, robot)
+    def held_back(self, reason: str) -> None:
+        """Note the gate's reason for slowing the hand down or refusing its motion; empty without one."""
+        self._held_back = reason
 
     def _command(
         self,
@@ -236,19 +224,6 @@ class ServoLoop:
         if robot is not None and marker is not None:
             self.arm.measure(robot.hand, marker)
 
-    def _judge_encoders(self, now: float, robot: RobotState) -> None:
-        """Stop if encoders repeat their reading during motion, unless the arm is where it cannot move."""
-        problem = self._watch.problem
-        if not problem:
-            return
-        head = self._watch.head_frozen
-        if not head and robot.arm is not None and self._hindrance(robot.arm, self._twist):
-            self._progress.give_up()
-            return
-        self.machine.stop(now, problem)
-        # A robot at rest repeats its reading: without a reset, a resumed run would stop before it moves.
-        self._watch.reset()
-
     def _judge_progress(self, now: float, marker: Pose | None, robot: RobotState | None) -> None:
         """Note whether the hand still comes nearer, and if not, why."""
         if self.machine.state is State.STOPPED:
@@ -271,8 +246,6 @@ class ServoLoop:
     def _reason(self, robot: RobotState, goal: Pose) -> str:
         if self._held_back:
             return self._held_back
-        if self.arm.confined:
-            return "it would leave the workspace"
         hindrance = "" if robot.arm is None else self._hindrance(robot.arm, diff(robot.hand, goal))
         return hindrance or "the arm does not get there"
 

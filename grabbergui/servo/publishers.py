@@ -19,6 +19,7 @@ import math
 import threading
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -101,9 +102,9 @@ class YarpPublisher:
     def _answer(self, request: Request) -> Bottle:
         verb = word(next(iter(request.bottle()), "")).lower()
         if verb == "stop":
-            self._runner.emergency_stop(f"stopped by {request.info.peer}")
+            self._runner.emergency_stop(f"stopped by {request.info.peer}", "YARP")
         elif verb == "resume":
-            why_not = self._runner.resume()
+            why_not = self._runner.resume(pressed="YARP")
             if why_not:
                 return Bottle([Vocab("fail"), why_not])
         elif verb == "state":
@@ -186,7 +187,7 @@ class Ros2Publisher:
 
     # -- stops -----------------------------------------------------------------------------------
     def _on_stop(self, request: Any, answer: Any) -> Any:
-        self._runner.emergency_stop("stopped over ROS 2")
+        self._runner.emergency_stop("stopped over ROS 2", "ROS 2")
         answer.success, answer.message = True, "stopped; call resume to continue"
         return answer
 
@@ -197,14 +198,15 @@ class Ros2Publisher:
         assert self._ros is not None
         was_stopped = bool(self._runner.gate.halted)
         ended: Future[str] = Future(executor=self._ros.node.executor)
-        threading.Thread(target=lambda: ended.set_result(self._runner.resume()), daemon=True).start()
+        resume = partial(self._runner.resume, pressed="ROS 2")
+        threading.Thread(target=lambda: ended.set_result(resume()), daemon=True).start()
         why_not = await ended
         answer.success = not why_not
         answer.message = why_not or ("resumed" if was_stopped else "it was not stopped")
         return answer
 
     def _on_stop_now(self, message: Any) -> None:
-        self._runner.emergency_stop("stopped over ROS 2")
+        self._runner.emergency_stop("stopped over ROS 2", "ROS 2")
 
     # -- results ---------------------------------------------------------------------------------
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:

@@ -21,9 +21,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
-from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.gate import HERE, CommandGate
 from grabbergui.servo.guardian_link import Guard
-from grabbergui.servo.image_watch import ImageWatch
+from grabbergui.servo.image_watch import ImageWatch, SenderStamps
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import State
@@ -76,7 +76,7 @@ class Runner:
         "From the middle of an image's exposure to its command, of the newest images."
         self._make_detector = detector
         self._detector: Detector | None = None
-        self._images = ImageWatch()
+        self._images, self._stamps = ImageWatch(), SenderStamps()
         self._renew = False
         self._tuned: Config | None = None
         self._running = threading.Event()
@@ -161,21 +161,21 @@ class Runner:
         """Whether the loop runs."""
         return self._running.is_set()
 
-    def emergency_stop(self, reason: str = "emergency stop") -> None:
-        """Stop the robot and pass no command until `resume`. Any thread."""
-        self.gate.halt(reason)
+    def emergency_stop(self, reason: str = "emergency stop", pressed: str = HERE) -> None:
+        """Stop the robot and pass no command until `resume`; `pressed` is `HERE` or a network. Any thread."""
+        self.gate.halt(reason, pressed)
 
-    def resume(self, stops: int | None = None) -> str:
+    def resume(self, stops: int | None = None, pressed: str = HERE) -> str:
         """End an emergency stop, and start the guardian again if it has ended. Any thread.
 
-        `stops` is the gate's number of stops when a person decided it, if that was earlier than now. Return
-        why the robot is still stopped (the loop has ended, no guardian could stop it, or another stop came);
-        empty if it is not.
+        `stops` is the gate's number of stops when a person decided it, if that was earlier than now; a person
+        on a network (`pressed`) ends no stop that was pressed elsewhere. Return why the robot is still
+        stopped (the loop has ended, no guardian could stop it, or another stop came); empty if it is not.
         """
         if not self.running:
             return ENDED
         try:
-            self.gate.release(stops)
+            self.gate.release(stops, pressed)
         except RobotStoppedError as error:
             return f"it was stopped again: {error.reason}"
         except GrabberError as error:
@@ -239,7 +239,7 @@ class Runner:
         if not frame.complete:
             return None
         began = time.monotonic()
-        captured = min(frame.captured, began)
+        captured = min(frame.captured, began) - self._stamps.seconds_late(frame)
         if self._detector is None or self._renew:
             self._renew = False  # first: a request during this image is for the next one
             self._close_detector()
@@ -265,8 +265,8 @@ class Runner:
         # Only a stop of this cycle: an earlier one may have been released since.
         if cycle.state is State.STOPPED and not stopped_before:
             self.gate.halt(cycle.reason)
-        passed = self.gate.send(cycle.command, time.monotonic())
-        self.loop.commanded(cycle.command if passed else Command(halt=True), self.gate.hindrance)
+        self.gate.send(cycle.command, time.monotonic())
+        self.loop.held_back(self.gate.hindrance)
         if captured is not None:
             self.latency_ms.append(1e3 * (time.monotonic() - captured))
         self.cycle_done.emit(cycle, frame)

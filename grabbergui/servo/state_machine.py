@@ -20,12 +20,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.servo.gate import Command
-from grabbergui.servo.robots.robot import ARM, HEAD, RobotState
+from grabbergui.calibration.geometry import Pose
+from grabbergui.servo.kinematics import LEVER
 
 
 class State(Enum):
@@ -209,86 +207,11 @@ class StateMachine:
         self.transitions.append(Transition(now, state, reason))
 
 
-# -- watches: dead encoders, a hand without progress ---------------------------------------------
-_SLOW_HEAD = 0.02
-"Commanded speed of the head in rad/s below which its readings may repeat."
-_SLOW_HAND = 0.01
-"The same for the hand, m/s or rad/s."
-_COUNTED = 0.2
-"Longest time that one reading counts for, seconds; a robot without another command is at rest by then."
+# -- a hand without progress ---------------------------------------------------------------------
 _NEARER = 0.002
 "Metres by which the hand must come nearer to its goal to make progress."
-_LEVER = 0.1
-"Metres that an error of one radian counts as."
 _OTHER_GOAL = (0.02, np.radians(5))
 "Metres or radians by which a goal must have moved for another attempt."
-
-
-class EncoderWatch:
-    """Compares readings with the commands that reached the robot. No clock: readings carry their time.
-
-    It adds up the seconds of commanded motion in which the readings repeat. A pause neither counts nor resets
-    the count: a camera that loses every tenth frame must not hide dead encoders. Readings that do not arrive
-    do not count either, as the computer may be busy.
-    """
-
-    def __init__(self, patience: float) -> None:
-        """`patience` is the longest commanded motion without a change of the readings, seconds."""
-        self._patience = patience
-        self._head, self._hand = _Still(_SLOW_HEAD), _Still(_SLOW_HAND)
-        self._last = 0.0
-
-    @property
-    def head_frozen(self) -> bool:
-        """Whether the head's readings repeat although it is commanded to move."""
-        return self._head.seconds > self._patience
-
-    @property
-    def arm_frozen(self) -> bool:
-        """Whether the arm's readings repeat although it is commanded to move."""
-        return self._hand.seconds > self._patience
-
-    @property
-    def problem(self) -> str:
-        """Why the robot must stop, as display text; empty if it need not."""
-        part = HEAD if self.head_frozen else ARM if self.arm_frozen else ""
-        return f"the {part}'s encoders stand still though it is commanded to move" if part else ""
-
-    def commanded(self, command: Command, held_back: str = "") -> None:
-        """Note the command that the robot follows from now on; `held_back` is the gate's reason to rest."""
-        self._head.moves = command.head_step is not None or self._head.is_fast(command.head)
-        self._hand.moves = not held_back and self._hand.is_fast(command.hand)
-
-    def reset(self) -> None:
-        """Start counting again."""
-        self._head.seconds = self._hand.seconds = 0.0
-
-    def look(self, robot: RobotState) -> None:
-        """Judge the newest reading."""
-        elapsed, self._last = min(max(robot.time - self._last, 0.0), _COUNTED), robot.time
-        self._head.look(elapsed, robot.head)
-        self._hand.look(elapsed, robot.hand)
-
-
-class _Still:
-    """Seconds that one part of the robot has been commanded to move while its readings were the same."""
-
-    def __init__(self, slow: float) -> None:
-        self.seconds = 0.0
-        self.moves = False
-        self._slow = slow
-        self._reading: NDArray[np.float64] = np.empty(0)
-
-    def is_fast(self, velocity: Vector) -> bool:
-        return float(np.abs(velocity).max()) > self._slow
-
-    def look(self, elapsed: float, reading: NDArray[np.float64]) -> None:
-        # A live encoder's noise would be a change; a dead one repeats its reading to the last bit.
-        if not np.array_equal(reading, self._reading):
-            self.seconds = 0.0
-        elif self.moves:
-            self.seconds += elapsed
-        self._reading = reading
 
 
 class ProgressWatch:
@@ -304,10 +227,6 @@ class ProgressWatch:
         self._waiting = 0.0
         self._last = 0.0
 
-    def give_up(self) -> None:
-        """Count the hand as stuck without waiting."""
-        self.stuck = True
-
     def reset(self) -> None:
         """Allow another attempt."""
         self.stuck, self._goal = False, None
@@ -317,7 +236,7 @@ class ProgressWatch:
         seconds, self._last = now - self._last, now
         if self._goal is None or self._moved(goal):
             self.stuck, self._goal, self._best, self._waiting = False, goal, np.inf, 0.0
-        off = geometry.distance(hand, goal) + _LEVER * geometry.angle_between(hand, goal)
+        off = geometry.distance(hand, goal) + LEVER * geometry.angle_between(hand, goal)
         if off < self._best - _NEARER:
             self._best, self._waiting = off, 0.0
         elif approaching:

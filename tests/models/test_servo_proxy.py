@@ -266,6 +266,25 @@ def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
     assert pair.runner.gate.halted == ""  # it was said once
 
 
+def test_a_window_that_is_late_makes_the_robot_wait_until_it_answers(pair, monkeypatch):
+    pair.proxy.heartbeat()
+    until(lambda: pair.server._last_heartbeat)
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_LATE", 0.0)
+    until(lambda: (pair.cycle(1.0), pair.runner.gate.paused)[1])
+    assert pair.runner.gate.paused == servo_proxy.NOT_ANSWERING
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_LATE", PATIENCE)
+    pair.cycle(2.0)
+    assert (pair.runner.gate.paused, pair.runner.gate.halted) == ("", "")
+
+
+def test_a_window_whose_gui_hangs_is_not_alive_because_it_takes_images(pair):
+    taken = servo_proxy.Request(servo_proxy.RequestKind.IMAGE_TAKEN)
+    pair.server._taken = False
+    pair.proxy._request(taken)
+    until(lambda: pair.server._taken)
+    assert pair.server._last_heartbeat is None
+
+
 def test_heartbeats_for_a_loop_that_hangs_do_not_fill_its_pipe(pair, monkeypatch):
     """The GUI thread would wait for room in it."""
     monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", 0.0)

@@ -13,10 +13,12 @@ from grabbergui.servo.robots.robot import Robot, RobotState
 class RecordingRobot(Robot):
     """Joints follow commands at once when `advance` is called."""
 
-    def __init__(self):
+    def __init__(self, *, floating=False):
+        """A `floating` hand obeys without an arm, whose angles are not known then."""
         super().__init__(teo.MODEL, "recording robot")
+        self._floating = teo.RIGHT_ARM.forward(teo.HOME) if floating else None
         self.head = np.zeros(2)
-        self.hand = teo.RIGHT_ARM.forward(teo.HOME)
+        self.arm = teo.HOME.copy()
         self.velocity, self.twist = np.zeros(2), np.zeros(6)
         self.moves, self.stops = [], 0
         self.time = 0.0
@@ -29,7 +31,12 @@ class RecordingRobot(Robot):
         self.stop()
 
     def state(self):
-        return None if self.silent else RobotState(self.time, self.head.copy(), self.hand.copy())
+        arm = None if self._floating is not None else self.arm.copy()
+        return None if self.silent else RobotState(self.time, self.head.copy(), self.hand, arm)
+
+    @property
+    def hand(self):
+        return teo.RIGHT_ARM.forward(self.arm) if self._floating is None else self._floating
 
     def move_head(self, velocity):
         self._hear(("head", velocity))
@@ -53,7 +60,9 @@ class RecordingRobot(Robot):
     def advance(self, now, seconds):
         if not self.frozen:
             self.head = teo.HEAD.clamped(self.head + self.velocity * seconds)
-            self.hand = geometry.add_delta(self.hand, self.twist * seconds)
+            if self._floating is not None:
+                self._floating = geometry.add_delta(self._floating, self.twist * seconds)
+            self.arm = self.arm + teo.RIGHT_ARM.velocities_for(self.arm, self.twist) * seconds
         if not self.silent:
             self.time = now
 

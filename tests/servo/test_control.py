@@ -8,7 +8,7 @@ import pytest
 
 from grabbergui.calibration import geometry
 from grabbergui.servo.config import ArmConfig, HeadConfig
-from grabbergui.servo.control import AHEAD_S, ArmController, HeadController, off_centre
+from grabbergui.servo.control import ArmController, HeadController, off_centre
 from grabbergui.servo.robots import teo
 
 DT = 0.02
@@ -252,37 +252,6 @@ def test_noise_at_the_goal_does_not_move_the_hand():
 def test_a_goal_outside_the_workspace_is_not_approached(marker):
     controller = arm()
     assert not settled(controller, away(controller, marker_at(), 0.2), marker).any()
-
-
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("side", [-1, 1])
-def test_a_hand_slows_down_before_each_edge_of_the_workspace(axis, side):
-    """It is not carried past it by a goal that lies inside but close to it."""
-    controller = arm(follow=0.3)
-    low, high = (np.array(edge) for edge in ArmConfig().workspace)
-    edge = (high if side > 0 else low)[axis]
-    marker = marker_at(*((low + high) / 2 + (0.1, 0, 0)))
-    middle = controller.goal(marker)
-    hand = middle.copy()
-    hand[axis, 3] = edge - side * 0.01
-    goal = middle.copy()
-    goal[axis, 3] = edge - side * 0.001
-    shift = goal[:3, 3] - middle[:3, 3]
-    marker[:3, 3] += shift
-    velocity = side * 0.5 * np.eye(3)[axis]
-    twist = [controller.approach(hand, marker, DT, velocity) for _ in range(50)][-1]
-    assert side * twist[axis] == pytest.approx(0.01 / AHEAD_S)
-    assert controller.confined
-
-
-def test_a_hand_outside_the_workspace_may_come_back_only():
-    controller = arm()
-    low, high = (np.array(edge) for edge in ArmConfig().workspace)
-    marker = marker_at(*((low + high) / 2 + (0.1, 0, 0)))
-    hand = controller.goal(marker).copy()
-    hand[1, 3] = low[1] - 0.05
-    assert settled(controller, hand, marker)[1] > 0.05
-    assert not controller.confined
 
 
 def test_the_arm_s_other_settings_hold_from_the_next_command():

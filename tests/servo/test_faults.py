@@ -10,11 +10,10 @@ from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.guardian_link import Verdict
 from grabbergui.servo.loop import ServoLoop
-from grabbergui.servo.robots.robot import RobotState
-from grabbergui.servo.state_machine import EncoderWatch, State
+from grabbergui.servo.state_machine import State
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
 FACE = (1.35, -0.1, 0.8)
@@ -41,8 +40,10 @@ class Bench:
             cycle = self.loop.cycle(self.now, self.robot.state())
             if cycle.state is State.STOPPED and not self.gate.halted:
                 self.gate.halt(cycle.reason)
-            passed = self.gate.send(cycle.command, self.now)
-            self.loop.commanded(cycle.command if passed else Command(halt=True))
+            self.gate.send(cycle.command, self.now)
+            self.loop.held_back(self.gate.hindrance)
+            if self.gate.halted:
+                self.loop.machine.stop(self.now, self.gate.halted)
             self.now += DT
             self.robot.advance(self.now, DT)
             self.gate.expire(self.now)
@@ -188,7 +189,7 @@ def test_encoders_that_freeze_stop_everything_for_good(part):
     cycle = bench.run(2)
     assert cycle.state is State.STOPPED
     whose = "arm" if part == "hand" else "head"
-    assert cycle.reason == f"the {whose}'s encoders stand still though it is commanded to move"
+    assert f"the {whose} does not move as commanded" in cycle.reason
     assert bench.loop.machine.transitions[-1].time <= cycle.time
     bench.robot.moves.clear()
     bench.run(3)
@@ -217,7 +218,7 @@ def test_encoders_that_are_still_frozen_after_a_resume_stop_everything_again():
     assert bench.run(DT).state is not State.STOPPED
     cycle = bench.run(5, State.STOPPED)
     assert cycle.state is State.STOPPED
-    assert "encoders stand still" in cycle.reason
+    assert "does not move as commanded" in cycle.reason
 
 
 def test_frozen_encoders_are_noticed_though_frames_are_lost_again_and_again():
@@ -227,7 +228,7 @@ def test_frozen_encoders_are_noticed_though_frames_are_lost_again_and_again():
     bench.see = lambda now: None if now % 0.5 > 0.25 else seeing(bench.robot, now, BOARD)
     cycle = bench.run(10, State.STOPPED)
     assert cycle.state is State.STOPPED, cycle.reason
-    assert "encoders stand still" in cycle.reason
+    assert "does not move as commanded" in cycle.reason
 
 
 def test_commands_that_the_gate_refuses_do_not_blame_the_encoders():
@@ -270,7 +271,7 @@ def test_a_marker_outside_the_workspace_is_looked_at_but_not_approached():
 def test_a_marker_that_moves_away_is_followed():
     bench = Bench()
     bench.run(20, State.REACHED)
-    moved = at(0.70, -0.28, 0.40, yaw=4, pitch=-8)
+    moved = at(0.72, -0.34, 0.33, yaw=4, pitch=-8)
     bench.see = lambda now: seeing(bench.robot, now, moved)
     assert bench.run(2, State.APPROACHING).state is State.APPROACHING
     assert bench.run(20, State.REACHED).state is State.REACHED
@@ -293,20 +294,6 @@ def test_what_an_image_led_to_is_over_in_time_though_the_command_came_late():
     assert not bench.gate.expire(late)
     assert bench.gate.expire(captured + 0.18)
     assert not bench.robot.moving
-
-
-def test_readings_that_do_not_come_are_no_repetition():
-    """A program that was held up for half a second must not blame the robot's encoders."""
-    watch = EncoderWatch(0.3)
-    reading = RobotState(1.0, np.zeros(2), np.eye(4))
-    watch.look(reading)
-    watch.commanded(Command(hand=np.full(6, 0.1)))
-    for _ in range(50):
-        watch.look(reading)
-    assert not watch.arm_frozen
-    for number in range(20):
-        watch.look(dataclasses.replace(reading, time=1.0 + 0.02 * (number + 1)))
-    assert watch.arm_frozen
 
 
 @pytest.mark.parametrize(("age", "period"), [(0.2, DT), (0.05, 0.3)], ids=["old when they come", "too few"])

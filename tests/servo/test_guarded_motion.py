@@ -66,7 +66,7 @@ def test_without_a_guardian_that_could_stop_it_nothing_moves(gate, guard):
 def test_a_guardian_that_ends_stops_what_moves(gate, guard):
     gate.send(MOTION, 0.0)
     guard.verdict = Verdict("the guardian has ended", for_good=True)
-    gate.beat()
+    gate.beat(0.0)
     assert not gate._robot.moving
     assert gate.halted == "the guardian has ended"
 

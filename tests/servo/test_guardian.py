@@ -188,6 +188,8 @@ def test_one_that_hangs_is_named_and_another_starts(link):
     first = link.pid
     os.kill(first, signal.SIGSTOP)
     verdict = until(lambda: (found := link.beat(lambda: False)) != ALLOWED and found)
+    assert verdict == Verdict("the guardian is late")
+    verdict = until(lambda: (found := link.beat(lambda: False)).for_good and found)
     assert "does not answer" in verdict.why_not
     link.renew()
     assert not running(first)
@@ -196,7 +198,7 @@ def test_one_that_hangs_is_named_and_another_starts(link):
 @pytest.mark.parametrize(("gap", "for_good"), [(0.5, False), (5.0, True)])
 def test_only_after_a_short_silence_it_goes_on_by_itself(gap, for_good):
     clock = Clock()
-    link = GuardianLink([], SILENCE, clock)
+    link = GuardianLink([], SILENCE, clock=clock)
     link.open()
     try:
         until(lambda: link.beat(lambda: True) == ALLOWED)

@@ -83,7 +83,16 @@ def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
 def test_the_program_itself_has_a_guardian(simulated, names, server):
     camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     images = YarpGrabberServer(camera, "/teoSim/camera", names=names)
-    options = ["--robot", "teo", "--nameserver", server, "--headless", "--calibration", CALIBRATION]
+    options = [
+        "--robot",
+        "teo",
+        "--nameserver",
+        server,
+        "--headless",
+        "--no-keyboard",
+        "--calibration",
+        CALIBRATION,
+    ]
     camera.open()
     images.start()
     program = subprocess.Popen(

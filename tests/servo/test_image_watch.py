@@ -7,7 +7,7 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.errors import UsageError
-from grabbergui.servo.image_watch import REPEATS, ImageWatch
+from grabbergui.servo.image_watch import REPEATS, ImageWatch, SenderStamps
 
 
 @pytest.mark.parametrize(
@@ -89,3 +89,24 @@ def test_the_noise_of_a_good_sensor_is_found_in_the_simulated_images():
         grey = frame.mono() + (generator.random((480, 640)) < 0.1).astype(np.uint8)
         assert not watch.problem_of(frame, grey, np.zeros(2))
     assert watch.problem_of(frame, grey, np.zeros(2)) == REPEATS
+
+
+@pytest.mark.parametrize(
+    ("ages", "late"),
+    [
+        ((0.01, 0.02, 1.0, 3.0), (0.01, 0.02, 1.0, 3.0)),
+        ((1.0, 1.0), (1.0, 1.0)),
+        ((500.0, 501.0), (0.0, 0.0)),
+        ((-0.1, 0.01), (0.0, 0.01)),
+        ((None, None), (0.0, 0.0)),
+    ],
+    ids=["suddenly", "from the start", "another clock", "a clock that is ahead", "no stamps"],
+)
+def test_images_are_as_old_as_their_senders_stamps_say(ages, late):
+    stamps, frame = SenderStamps(), frame_of(np.zeros((4, 4), np.uint8))
+    frame.received_ns = 10**18
+    found = []
+    for age in ages:
+        frame.timestamp_ns = 0 if age is None else round(10**18 - 1e9 * age)
+        found.append(stamps.seconds_late(frame))
+    assert found == pytest.approx(late)

@@ -13,8 +13,9 @@ from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import Config, LoopConfig
-from grabbergui.servo.gate import SLOWER, Command, CommandGate
+from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.kinematics import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
+from grabbergui.servo.motion import SLOWER
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State

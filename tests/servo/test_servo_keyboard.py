@@ -9,7 +9,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from grabbergui.cli import CommandParser
 from grabbergui.cli import servo as command
+from grabbergui.core.errors import UsageError
 from patience import PATIENCE, until
 
 LEADER = """
@@ -100,3 +102,29 @@ def test_a_stop_is_not_held_up_by_a_guardian_that_starts_again(keyboard, capsys)
     until(lambda: len(runner.calls) == 2)
     assert runner.calls[1] == "it was stopped again"
     until(lambda: "still stopped: it was stopped again" in capsys.readouterr().out)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "refused"),
+    [
+        (["--robot", "teo", "--headless"], True),
+        (["--robot", "tiago", "--headless"], True),
+        (["--robot", "teo", "--headless", "--no-keyboard"], False),
+        (["--robot", "teo", "--headless", "--publish"], False),
+        (["--robot", "tiago", "--headless", "--publish-ros2"], False),
+        (["--robot", "teo", "--headless", "--dry-run"], False),
+        (["--robot", "teo"], False),
+        (["--headless"], False),
+    ],
+)
+def test_no_real_robot_moves_if_nobody_could_stop_it(monkeypatch, arguments, refused):
+    """Enter was the emergency stop although standard input was a pipe: nothing happened."""
+    monkeypatch.setattr(sys, "stdin", None)
+    parser = CommandParser()
+    command.add_commands(parser.add_subparsers(parser_class=CommandParser))
+    options = parser.parse_args(["servo", *arguments])
+    if refused:
+        with pytest.raises(UsageError, match="--no-keyboard"):
+            command._check_stop(options)
+    else:
+        command._check_stop(options)

@@ -67,6 +67,8 @@ class RobotState:
     "The hand in the robot's base."
     arm: Vector | None = None
     "Joint angles, radians; None if they are not known."
+    apart: float = 0.0
+    "Seconds between the readings of the hand and of its joints."
 
     @property
     def sound(self) -> bool:

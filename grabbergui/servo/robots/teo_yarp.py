@@ -32,8 +32,8 @@ HEAD, ARM_BOARD = "/head", "/rightArm"
 ARM = f"{ARM_BOARD}/CartesianControl"
 _STOP_TIMEOUT = 0.3
 _CARRIER = "fast_tcp"
-_ARM_FRESH = 0.3
-"Seconds by which the arm's angles may be older than the head's."
+_ARM_FRESH = 0.1
+"Seconds between the readings of the hand and of its joints beyond which the joints do not count."
 
 
 _LOCAL = "/grabbergui/servo"
@@ -114,12 +114,14 @@ class TeoOverYarp(Robot):
             client.close()
 
     def state(self) -> RobotState | None:
-        """See Robot; as old as the older of head and hand. The arm's angles do not take part in control."""
+        """See Robot; as old as the older of head and hand."""
         head, hand, arm = (self._readings.get(part) for part in ("head", "hand", "arm"))
         if head is None or hand is None:
             return None
-        fresh = arm is not None and head[0] - arm[0] < _ARM_FRESH
-        return RobotState(min(head[0], hand[0]), head[1], hand[1], arm[1] if arm and fresh else None)
+        angles, apart = None, 0.0
+        if arm is not None and abs(hand[0] - arm[0]) < _ARM_FRESH:
+            angles, apart = arm[1], abs(hand[0] - arm[0])
+        return RobotState(min(head[0], hand[0]), head[1], hand[1], angles, apart)
 
     @override
     def silence(self) -> str:

@@ -33,9 +33,10 @@ from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config, SafetyConfig  # noqa: E402
+from grabbergui.servo.guardian_link import LocalGuard  # noqa: E402
 from grabbergui.servo.robots import tiago, tiago_parts  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
-from grabbergui.servo.state_machine import EncoderWatch, State  # noqa: E402
+from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, attempts, until  # noqa: E402
 
 
@@ -64,10 +65,10 @@ def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, liste
     twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
     approaching(runner, simulated)
     # A robot's own limit: only to get here a busy machine may have needed a wider one.
-    runner.loop._watch = EncoderWatch(SafetyConfig().freeze)
+    runner.gate._guard = LocalGuard(SafetyConfig().lag)
     simulated.frozen = True
     until(lambda: runner.loop.machine.state is State.STOPPED)
-    assert "encoders stand still" in runner.loop.machine.reason
+    assert "does not move as commanded" in runner.loop.machine.reason
     until(lambda: simulated.robot.speed < 1e-3)
     last = [twists.get() for _ in range(twists.qsize())][-1].twist
     assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
