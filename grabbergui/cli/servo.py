@@ -179,6 +179,7 @@ def _follow(
     runner: Runner, options: argparse.Namespace, scene: servo_robots.Scene, stop: threading.Event
 ) -> int:
     """Run until the time is up, the loop ends, or the user ends it."""
+    from grabbergui.servo.motion import limits_text
     from grabbergui.servo.report import Recorder
     from grabbergui.servo.runner import HELD
 
@@ -197,6 +198,7 @@ def _follow(
         # Without a window, the command itself lets the robot move.
         runner.start(held=HELD if window is not None and scene.real else "")
         began = time.monotonic()
+        print_line(limits_text(scene.robot.model, runner.config), flush=True)
         if options.headless:
             print_line(_NO_KEYS if options.no_keyboard or not _at_terminal() else _KEYS, flush=True)
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
+from grabbergui.calibration import geometry
 from grabbergui.calibration.calibration_choice import CalibrationFor
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.calibration import Calibration
@@ -25,6 +26,7 @@ from grabbergui.models.servo_proxy import Run
 from grabbergui.servo import overlay
 from grabbergui.servo.config import Config
 from grabbergui.servo.loop import ControlCycle, Moment
+from grabbergui.servo.motion import limits_of
 from grabbergui.servo.overlay import Drawing
 from grabbergui.servo.state_machine import State
 
@@ -75,6 +77,8 @@ TAKE_WAIT = 0.5
 CURVE_SECONDS = 20.0
 CURVE_RATE = 50.0
 "Points per second that are kept of the curves."
+SPEED_READINGS = 6
+"Readings over which the hand's speed is computed: a tenth of a second."
 ENTRIES = 200
 "Most entries in the history of states."
 _COLUMNS = 9
@@ -125,6 +129,8 @@ class Shown:
     "None until the robot has answered."
     nominal: bool = False
     "Whether the calibration is only assumed."
+    limits: str = ""
+    "What is measured of the hand, and its limits, as display text; empty without readings."
 
 
 class ServoModel:
@@ -152,6 +158,8 @@ class ServoModel:
         self._rows = np.full((round(CURVE_SECONDS * CURVE_RATE), _COLUMNS), np.nan)
         self._count = 0
         self._entries: deque[Entry] = deque(maxlen=ENTRIES)
+        self._hands: deque[tuple[float, Pose]] = deque(maxlen=SPEED_READINGS)
+        "The newest readings of the hand, and their times."
 
     def open(self) -> None:
         """Begin to follow the runner."""
@@ -208,6 +216,8 @@ class ServoModel:
             if self._began is None:
                 self._began = cycle.time
             row = self._rows[(self._count - 1) % len(self._rows)]
+            if cycle.robot is not None and (not self._hands or cycle.robot.time > self._hands[-1][0]):
+                self._hands.append((cycle.robot.time, cycle.robot.hand))
             if not self._count or cycle.time - row[0] >= 0.9 / CURVE_RATE:
                 row = self._rows[self._count % len(self._rows)]
                 row[0], row[1:3], row[3:] = cycle.time, cycle.error, cycle.command.hand
@@ -250,7 +260,26 @@ class ServoModel:
             drawing = overlay.drawing(cycle, newest.sighting, calibration, self._runner.config.head)
             nominal = calibration.nominal
             self._sight = _sight(calibration)
-        return Shown(cycle, image, size, drawing, self._posture(newest), nominal)
+        return Shown(cycle, image, size, drawing, self._posture(newest), nominal, self._limits())
+
+    def _limits(self) -> str:
+        with self._lock:
+            hands = list(self._hands)
+        if len(hands) < 2:
+            return ""
+        (begin, before), (end, now) = hands[0], hands[-1]
+        config = self._runner.config
+        low, high = config.arm.workspace
+        limits = limits_of(config)
+        values = (
+            1e3 * geometry.distance(before, now) / (end - begin),
+            1e3 * limits.speed,
+            np.degrees(geometry.angle_between(before, now)) / (end - begin),
+            np.degrees(limits.turn),
+            1e3 * np.minimum(now[:3, 3] - low, high - now[:3, 3]).min(),
+        )
+        text = translate("Servoing", "Hand: {0} of {1} mm/s, {2} of {3} °/s, {4} mm inside its workspace")
+        return text.format(*(f"{value:.0f}" for value in values))
 
     def _posture(self, newest: Moment) -> Posture | None:
         state = newest.cycle.robot

@@ -107,6 +107,18 @@ def limits_of(config: Config) -> Limits:
     )
 
 
+def limits_text(model: KinematicModel, config: Config) -> str:
+    """Return the limits that a run keeps, in one line: of the configuration and of the robot's joints."""
+    limits, (low, high) = limits_of(config), config.arm.workspace
+    edges = ", ".join(f"{name} {a:g} to {b:g} m" for name, a, b in zip("xyz", low, high, strict=True))
+    slowest, fastest = np.degrees(model.arm.fastest.min()), np.degrees(model.arm.fastest.max())
+    return (
+        f"limits: hand {1e3 * limits.speed:.0f} mm/s and {math.degrees(limits.turn):.0f} °/s within {edges}, "
+        f"{1e3 * config.safety.clearance:.0f} mm from the body and obstacles; head "
+        f"{math.degrees(limits.head):.0f} °/s; joints of {model.arm.name} {slowest:.0f} to {fastest:.0f} °/s"
+    )
+
+
 def planned(arm: Chain, space: Space, limits: Limits, angles: Vector, wanted: Vector, age: float) -> Plan:
     """Return the motion nearest to a twist that stays within all limits until it can have been stopped.
 

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -49,6 +50,17 @@ def test_curves_are_in_order_and_end_now(model, runner):
     assert curves[:, 0] == pytest.approx(np.arange(-9, 1) * 0.02)
     assert curves[:, 1] == pytest.approx(np.arange(10))
     assert curves[:, 8] == pytest.approx(np.arange(10) / 10)
+
+
+def test_the_limits_are_beside_what_is_measured(model, runner):
+    at_home, moved = runner.robot.state(), runner.robot.state().hand.copy()
+    moved[0, 3] += 0.006
+    for time_s, hand in ((1.0, at_home.hand), (1.1, moved)):
+        cycle = ControlCycle(time_s, State.APPROACHING, "", Command(), (0.0, 0.0), (0.0, 0.0), None)
+        runner.cycle_done.emit(replace(cycle, robot=replace(at_home, time=time_s, hand=hand)), None)
+    low, high = Config().arm.workspace
+    inside = 1e3 * min((moved[:3, 3] - low).min(), (high - moved[:3, 3]).min())
+    assert model._limits() == f"Hand: 60 of 120 mm/s, 0 of 35 °/s, {inside:.0f} mm inside its workspace"
 
 
 def test_curves_remember_some_seconds_however_fast_the_loop_is(model, runner):

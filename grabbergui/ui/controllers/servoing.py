@@ -282,6 +282,7 @@ class ServoController(QObject):
             window.setImage(shown.image, *shown.size, shown.drawing)
             self._offer_calibrating(shown.nominal)
         window.setPosture(shown.posture)
+        window.setLimits(shown.limits)
 
     def _on_model_entered(self, entry: Entry) -> None:
         self._window.addEntry(entry)

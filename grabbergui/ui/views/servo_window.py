@@ -209,6 +209,7 @@ class ServoWindow(QWidget):
     messages: MessageStack
     states: StateStrip
     reasonLabel: QLabel
+    limitsLabel: QLabel
     handEyeButton: QPushButton
     startButton: QPushButton
     stopButton: QPushButton
@@ -274,6 +275,10 @@ class ServoWindow(QWidget):
         self.states.setState(state)
         self.reasonLabel.setText(reason)
         set_available(self.startButton, None if state is State.STOPPED else Lack.PATIENCE)
+
+    def setLimits(self, text: str) -> None:
+        """Show what is measured of the hand beside its limits."""
+        self.limitsLabel.setText(text)
 
     def setHandEyeAvailable(self, lack: Lack | None) -> None:
         """Show whether hand and eye can be calibrated now, and what it lacks if not."""

@@ -56,6 +56,11 @@ def test_the_state_is_lit_and_reported(window):
     assert "#50a0fa" in colours
 
 
+def test_the_limits_are_beside_the_state(window):
+    window.setLimits("Hand: 60 of 120 mm/s")
+    assert window.limitsLabel.text() == "Hand: 60 of 120 mm/s"
+
+
 def test_a_long_reason_does_not_move_the_stop_button(window, qapp):
     window.setState(State.SEARCHING, "")
     qapp.processEvents()
