@@ -157,6 +157,8 @@ class CommandGate:
                 if self._dry_run:
                     self._moving = False
                     return False
+                with self._observing:  # also if it fails half-way
+                    self._observer.command(now, joints, command.head, command.head_step)
                 self._move_head(command)
                 if self._halted or not self._moving:  # stopped while the head's part was sent
                     self.refused += command.moves
@@ -176,8 +178,6 @@ class CommandGate:
                 return False
             self.sent += command.moves
             self._moving = True  # again, as the watchdog may have stopped it in between
-            with self._observing:
-                self._observer.command(now, joints, command.head, command.head_step)
             return True
 
     def _move_head(self, command: Command) -> None:
