@@ -17,6 +17,8 @@ Path = tuple[float, ...]
 
 TOLERANCE = 0.02
 "Radians by which a joint may differ: noise, steps of encoders, and another solver's rounding."
+INACCURACY = 0.01
+"Rad/s by which a joint's speed may differ in the long run, in addition."
 PROGRESS = 0.7
 "Share of the commanded motion that a robot makes at least."
 WINDOWS = (2.0, 6.0)
@@ -124,11 +126,12 @@ class Monitor:
         if start is None:
             return ""
         (least_before, most_before), (least, most) = map(self._range, (start[0], seen.time))
+        slack = TOLERANCE + INACCURACY * (seen.time - start[0])
         for index, (angle, before) in enumerate(zip(seen.measured, start[1], strict=True)):
             moved = angle - before
             low, high = least[index] - most_before[index], most[index] - least_before[index]
-            at_least = low * (PROGRESS if low > 0 else 1) - TOLERANCE
-            at_most = high * (PROGRESS if high < 0 else 1) + TOLERANCE
+            at_least = low * (PROGRESS if low > 0 else 1) - slack
+            at_most = high * (PROGRESS if high < 0 else 1) + slack
             if at_least <= moved <= at_most:
                 continue
             part = "arm" if index < len(seen.measured) - 2 else "head"

@@ -35,6 +35,8 @@ SLOWER = (1.0, 0.5, 0.25, 0.1)
 SLOW_AT_LIMIT = 3.0
 """Factor by which the motion is slower when a joint gets to its limit: there it is stopped at once, but the
 other joints need a moment to take over its part of the motion."""
+MARGIN = 1.06
+"Factor by which a motion near a joint's limit is slower: there drives lag behind joint speeds that change."
 SAME = 0.02
 "Share of a twist, with `LEVER`, by which what the arm makes of it may differ until it is sent instead."
 
@@ -127,11 +129,11 @@ def planned(arm: Chain, space: Space, limits: Limits, angles: Vector, wanted: Ve
     here = arm.clamped(angles)
     here = np.where(here < arm.low + AT_LIMIT, arm.low, np.where(here > arm.high - AT_LIMIT, arm.high, here))
     twist = arm.attainable(here, wanted, STOPPING_S)
-    if _size(twist - wanted) <= SAME * _size(wanted):
-        twist = wanted
+    same = _size(twist - wanted) <= SAME * _size(wanted)
+    twist = wanted if same else twist
     joints = arm.response(here, twist)
     motion = arm.jacobian(here) @ joints
-    speed, turn = float(np.linalg.norm(motion[:3])), float(np.linalg.norm(motion[3:]))
+    speed, turn = (float(np.linalg.norm(part)) * (1 if same else MARGIN) for part in (motion[:3], motion[3:]))
     room = np.where(joints > 0, arm.high - here, here - arm.low)
     braking = float(np.max(np.abs(joints) * STOPPING_S / np.maximum(room, AT_LIMIT)))
     excess = max(

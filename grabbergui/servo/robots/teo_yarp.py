@@ -32,7 +32,7 @@ HEAD, ARM_BOARD = "/head", "/rightArm"
 ARM = f"{ARM_BOARD}/CartesianControl"
 _STOP_TIMEOUT = 0.3
 _CARRIER = "fast_tcp"
-_ARM_FRESH = 0.1
+_ARM_FRESH = 0.2
 "Seconds between the readings of the hand and of its joints beyond which the joints do not count."
 
 
