@@ -302,8 +302,8 @@ class CommandGate:
             if not self._moving:
                 self._observer.rest(now)
             seen = self._observer.look(now, state, self._space, self._limits)
-        if seen is not None:
-            self._guard.observe(seen)
+            if seen is not None:  # with the lock, in the order of the readings
+                self._guard.observe(seen)
 
     def _reading(self) -> RobotState | None:
         try:

@@ -68,10 +68,12 @@ class LocalGuard(Guard):
     def __init__(self, lag: float) -> None:
         """For `lag` see `Monitor`."""
         self._monitor, self._problem = Monitor(lag), ""
+        self._looking = threading.Lock()
 
     def observe(self, seen: Observation) -> None:
         """See Guard."""
-        self._problem = self._problem or self._monitor.look(seen)
+        with self._looking:
+            self._problem = self._problem or self._monitor.look(seen)
 
     def beat(self, moving: Callable[[], bool]) -> Verdict:
         """See Guard."""
@@ -79,8 +81,9 @@ class LocalGuard(Guard):
 
     def renew(self) -> None:
         """See Guard."""
-        self._monitor.forget()
-        self._problem = ""
+        with self._looking:
+            self._monitor.forget()
+            self._problem = ""
 
 
 class GuardianLink(Guard):

@@ -73,9 +73,9 @@ class FaultyRobot(SimRobot):
 @dataclass
 class Outcome:
     fastest: float
-    "Largest speed of the hand over 40 ms, m/s, while nobody else moves it."
+    "Largest speed of the hand over 40 ms before the fault, m/s."
     outside: float
-    "Metres by which the hand left the workspace, or left it further than at the start."
+    "Metres by which it was outside the workspace before the fault, or further outside than at the start."
     joint_speed: float
     "Largest ratio of a joint's speed to its highest."
     stopped: str
@@ -118,7 +118,7 @@ def tried(model: KinematicModel, seed: int, fault: str = "", seconds: float = 3.
         if gate.halted and math.isinf(stopped_after):
             stopped_after = now[0] - robot.begin
     places, angles, times = map(np.array, (places, angles, times))
-    alone = times < (robot.begin if fault == "second master" else math.inf)
+    alone = times < robot.begin  # afterwards, false readings may lead anywhere until the stop
     speed = np.linalg.norm(places[2:] - places[:-2], axis=1) / (2 * PERIOD)
     outside = np.maximum(low - places, places - high).max(axis=1)
     after = places[times >= robot.begin - PERIOD]

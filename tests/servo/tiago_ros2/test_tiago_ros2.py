@@ -205,7 +205,7 @@ def test_a_stop_is_heard_while_another_one_is_being_ended(runner, listener, monk
     publisher.open()
     began, stopped = threading.Event(), threading.Event()
 
-    def release(stops):
+    def release(stops, pressed):
         before = runner.gate.stops
         began.set()
         until(lambda: runner.gate.stops > before)
