@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks import _document
 from benchmarks._results import Goal, Section, Table, machine
-from grabbergui.core import pixel_loops, pixels
+from grabbergui.core import compiled_loops, pixels
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import FORMATS, Family, PixelFormat
 
@@ -50,8 +50,8 @@ def measure(argv: list[str] | None = None) -> Section:
     options = parser.parse_args(argv)
     seconds = options.seconds
     cv2.setNumThreads(1)
-    pixel_loops.disable(options.without_numba)
-    pixel_loops.wait()
+    compiled_loops.disable(options.without_numba)
+    compiled_loops.wait()
     before, rows = machine(), []
     worst = dict.fromkeys(GOALS, ("", 0.0))
     for pixel_format in FORMATS:

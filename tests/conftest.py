@@ -36,7 +36,7 @@ settings.register_profile("exploring", settings.get_profile("patient"), max_exam
 settings.load_profile("steady")
 
 COMPILING = "compile loops"
-"The name of the thread of `core.pixel_loops`."
+"The name of the thread of `core.compiled_loops`."
 
 pytest_plugins = ["peers"]
 

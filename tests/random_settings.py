@@ -5,11 +5,11 @@ from __future__ import annotations
 import random
 
 from grabbergui.core.errors import FeatureError
+from grabbergui.core.feature_instances import instances
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import describe
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.settle import instances
 from grabbergui.core.sfnc import automatic_mode_of, is_on
 from grabbergui.models.change_tracking import every_instance
 from grabbergui.models.settings.feature_set import FeatureSet, compare

@@ -57,9 +57,9 @@ def compile_package() -> None:
     code = []
     if any(not is_newer(Path(cache_from_source(str(form))), form) for form in PACKAGE.glob("ui/forms/*.ui")):
         code.append("from grabbergui.ui.windows import compile_forms; compile_forms()")
-    loops = PACKAGE / "core" / "pixel_loops.py"
-    if not any(is_newer(made, loops) for made in loops.parent.glob("__pycache__/pixel_loops.*.nbi")):
-        code.append("from grabbergui.core.pixel_loops import wait; wait()")
+    loops = PACKAGE / "core" / "compiled_loops.py"
+    if not any(is_newer(made, loops) for made in loops.parent.glob("__pycache__/compiled_loops.*.nbi")):
+        code.append("from grabbergui.core.compiled_loops import wait; wait()")
     if code:
         subprocess.run([sys.executable, "-c", "\n".join(code)], cwd=REPOSITORY, env=environment())
 

@@ -21,7 +21,7 @@ HOMES = {
         "driver/payload_contents.py",
         "driver/sim/contents.py",
     ),
-    "numba": ("core/pixel_loops.py",),
+    "numba": ("core/compiled_loops.py",),
     "psutil": ("driver/gige", "net/yarp/os"),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),

@@ -25,7 +25,7 @@ from grabbergui.cli.arguments import (
 )
 from grabbergui.cli.features import assignment, write
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import (
     FeatureError,
@@ -35,13 +35,13 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import FRAME_WAIT, frame_wait
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, DeviceEvent, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.json_text import to_json
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_json, print_line
 from grabbergui.recording import snapshot

@@ -10,10 +10,10 @@ from typing import Any
 from grabbergui.cli.arguments import count, counted, key, opened, seconds, wait_time
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import FRAME_WAIT, frame_wait
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
-from grabbergui.core.sfnc import FRAME_WAIT, frame_wait
 from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_json, print_line
 

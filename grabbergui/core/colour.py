@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core import pixel_loops
+from grabbergui.core import compiled_loops
 from grabbergui.core.pfnc import Family, PixelFormat
 
 Bytes = NDArray[np.uint8]
@@ -212,7 +212,7 @@ def _even_yuv_to_rgb(data: Bytes, pixel_format: PixelFormat) -> Bytes:
     order, (height, width) = pixel_format.raw_order, data.shape[:2]
     if pixel_format.standard == "601":
         return _array(cv2.cvtColor(np.ascontiguousarray(data), _OPENCV_YUYV[order]))
-    convert = pixel_loops.yuv422(order)
+    convert = compiled_loops.yuv422(order)
     rgb = np.empty((height, width, 3), np.uint8)
     if convert:
         numbers = _fixed_point(pixel_format.standard)
@@ -263,7 +263,7 @@ def _yuv_matrix(standard: str, order: str) -> NDArray[np.float32]:
 
 @cache
 def _fixed_point(standard: str) -> tuple[int, ...]:
-    """Return the matrix in the form of `pixel_loops.YuvConverter`, for chroma minus 128."""
+    """Return the matrix in the form of `compiled_loops.YuvConverter`, for chroma minus 128."""
     matrix = _yuv_matrix(standard, "YUV").astype(np.float64)
     (luma, _, red_v), (_, green_u, green_v), (_, blue_u, _) = matrix[:, :3]
     black = matrix[0, 3] + 128 * red_v + 0.5

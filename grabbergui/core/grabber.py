@@ -13,7 +13,8 @@ from enum import Enum
 
 from psygnal import Signal
 
-from grabbergui.core.calibration import Calibration, Scan3d
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import (
     AccessMode,

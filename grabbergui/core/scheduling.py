@@ -1,4 +1,4 @@
-"""When threads run: real-time priority, socket timeouts that expire, rests between peers' costly requests.
+"""When threads run: real-time priority, as far as the system permits it.
 
 The guardian and threads that receive frames must wake in time. With eight busy programs on two cores, an
 ordinary thread woke up to 150 ms late; one with real-time priority, at most 1 ms. Linux grants that priority
@@ -10,17 +10,11 @@ from __future__ import annotations
 
 import ctypes
 import os
-import select
-import signal
-import socket
-import struct
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
 
 REALTIME = 10
 """SCHED_RR priority: above every ordinary thread, below the kernel's own."""
@@ -139,99 +133,3 @@ def _for_each_thread(change: Callable[[int], None]) -> bool:
         except ProcessLookupError:
             pass  # it has just ended
     return True
-
-
-# -- socket timeouts -----------------------------------------------------------------------------
-# Python repeats a system call that a signal interrupted, and the kernel's timeout (SO_RCVTIMEO, SO_SNDTIMEO)
-# starts again. With an interval timer of a shorter period (`signal.setitimer`, as profilers use it) it would
-# never expire.
-if sys.platform == "win32":
-
-    def wait_readable(sock: socket.socket) -> int:
-        """Return 0: Windows has no interval timers."""
-        return 0
-
-    wait_writable = wait_readable
-
-else:
-    _TIMEVAL = struct.Struct("@ll")
-
-    def wait_readable(sock: socket.socket) -> int:
-        """Wait until the socket is readable, or for its SO_RCVTIMEO, if a timer would interrupt `recv`.
-
-        Returns flags for `recv`, which then does not wait. Returns 0 immediately if nothing interrupts it.
-        """
-        return _wait(sock, select.POLLIN, socket.SO_RCVTIMEO)
-
-    def wait_writable(sock: socket.socket) -> int:
-        """Wait in the same way for SO_SNDTIMEO; return flags for `send`."""
-        return _wait(sock, select.POLLOUT, socket.SO_SNDTIMEO)
-
-    def _wait(sock: socket.socket, event: int, option: int) -> int:
-        if threading.get_ident() != threading.main_thread().ident:
-            return 0  # only the main thread handles signals
-        timers = (signal.ITIMER_REAL, signal.ITIMER_VIRTUAL, signal.ITIMER_PROF)
-        next_signal = min([left for timer in timers if (left := signal.getitimer(timer)[0])], default=0.0)
-        if not next_signal:
-            return 0
-        seconds, microseconds = _TIMEVAL.unpack(sock.getsockopt(socket.SOL_SOCKET, option, _TIMEVAL.size))
-        limit = seconds + microseconds / 1e6
-        if limit <= next_signal:
-            return 0
-        poll = select.poll()
-        poll.register(sock.fileno(), event)
-        poll.poll(limit * 1000)  # after a signal, Python waits for the remaining time only
-        return socket.MSG_DONTWAIT
-
-
-# -- rests between costly requests ---------------------------------------------------------------
-REST: Final = 3.0
-"""Seconds of rest after each second of work: peers' computing takes a quarter of a core at most."""
-
-_FREE_SECONDS: Final = 0.002
-"""Work shorter than this needs no rest."""
-
-_QUEUES: Final = 64
-
-
-class CostlyWork:
-    """Lets peers' costly requests run one at a time, with rests: turns for the whole process.
-
-    Python runs one thread at a time and changes between busy ones every 5 ms: eight peers whose requests only
-    compute would leave the stream a ninth of the processor. No address has more than one place in the queue.
-    Work that waits for the camera does not belong here.
-    """
-
-    def __init__(
-        self,
-        clock: Callable[[], float] = time.monotonic,
-        work_clock: Callable[[], float] = time.thread_time,
-        sleep: Callable[[float], None] = time.sleep,
-    ) -> None:
-        self._clock = clock
-        self._work_clock = work_clock
-        self._sleep = sleep
-        self._turn = threading.Lock()
-        self._next = 0.0
-        "When the rest after the last turn is over."
-        self._queues = [threading.Lock() for _ in range(_QUEUES)]
-        "By address, so that one with many connections waits as long as one with a single connection."
-
-    @contextmanager
-    def turn(self, address: str) -> Iterator[None]:
-        """Wait for a turn, and run the block in it. Any thread."""
-        with self._queues[hash(address) % _QUEUES], self._turn:
-            rest = self._next - self._clock()
-            if rest > 0:
-                self._sleep(rest)
-            begun = self._work_clock()
-            try:
-                yield
-            finally:
-                spent = self._work_clock() - begun
-                if spent > _FREE_SECONDS:
-                    self._next = self._clock() + REST * spent
-
-
-costly_work = CostlyWork()
-"""The process's own."""

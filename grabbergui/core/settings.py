@@ -28,7 +28,6 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.sfnc import Role, features_by_role
 
-# -- a setting -----------------------------------------------------------------------------------
 _NAME = r"[^\s\[\]=,]+"  # GenICam allows letters, digits and _; parameters of ROS nodes have dots too
 _KEY = re.compile(rf"({_NAME})(?:\[([^\]]*)\])?")
 _ASSIGNMENT = re.compile(r"([^=\[]+(?:\[[^\]]*\]\s*)?)=(.*)", re.DOTALL)
@@ -113,7 +112,6 @@ def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
     return f"{text}; changed meanwhile, not by us: {'; '.join(changed[:MOST_CHANGED])}{more}"
 
 
-# -- selectors -----------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Selectors:
     """The selectors of each feature in a camera's feature tree. Makes no request to the camera."""
@@ -163,7 +161,6 @@ def setting_names(selectors: Selectors) -> list[str]:
     return [n for n, d in known.items() if d.kind is not FeatureKind.COMMAND and n not in selectors.names]
 
 
-# -- values --------------------------------------------------------------------------------------
 _TOLERANCE = 1e-6
 "Relative tolerance, as other programs print seven digits of a float and a camera rounds to its register."
 

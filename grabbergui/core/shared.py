@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from typing_extensions import override
 
-from grabbergui.core.calibration import Calibration, Scan3d
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import AccessDeniedError, FeatureAccessError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics

@@ -14,12 +14,12 @@ from contextlib import contextmanager
 from grabbergui.core import pfnc
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import FeatureAccessError, GrabberError, TransportError
+from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.settle import instances_of
 from grabbergui.driver.camera_formats import CameraFormats
 from grabbergui.driver.chunk_image import GEOMETRY, take_image
 from grabbergui.driver.device import Device, StreamRequest

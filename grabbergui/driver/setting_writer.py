@@ -12,10 +12,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from grabbergui.core.errors import FeatureError
+from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import AccessMode, Feature, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult, same_value, setting_names
-from grabbergui.core.settle import instances_of, settle
+from grabbergui.core.settle import settle
 from grabbergui.core.sfnc import (
     AUTO_OFF,
     AUTO_ONCE,

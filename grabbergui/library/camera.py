@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 from grabbergui.core.component import Component, ComponentKind
 from grabbergui.core.environment import expanded, write_whole
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError, UsageError
+from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import frame_period, frame_wait
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.scan3d import PointCloud, read_scan3d, required_range_image
+from grabbergui.core.point_cloud import PointCloud, required_range_image
+from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.settle import instances_of
-from grabbergui.core.sfnc import frame_period, frame_wait
 from grabbergui.library.effect import Effects, SettingEffect, restored
 from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Closing, Frames, Recording, StreamUse

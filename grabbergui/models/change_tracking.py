@@ -10,10 +10,11 @@ from dataclasses import replace
 from typing_extensions import override
 
 from grabbergui.core.errors import FeatureError
+from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey, WriteResult
-from grabbergui.core.settle import instances_of, settle
+from grabbergui.core.settle import settle
 from grabbergui.core.sfnc import PLAYBACK_POSITION, is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.core.shell_words import shell_line

@@ -11,9 +11,10 @@ from enum import Enum
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.frame_period import frame_period
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.sfnc import Role, frame_period
+from grabbergui.core.sfnc import Role
 from grabbergui.models.features.number_text import quantity_text
 from grabbergui.models.language import counted, driver_text, localized, translate
 

@@ -16,10 +16,11 @@ from operator import methodcaller
 from psygnal import Signal
 
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError
+from grabbergui.core.frame_period import microseconds
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import AUTO_ONCE, Role, microseconds, regulating
+from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.feature_text import value_text

@@ -16,12 +16,9 @@ from typing import TypeVar
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportError
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import FRAME_WAIT, frame_period
 from grabbergui.core.pixels import Region
-from grabbergui.core.sfnc import (
-    FRAME_WAIT,
-    frame_period,
-    is_on,
-)
+from grabbergui.core.sfnc import is_on
 from grabbergui.models.change_tracking import ChangeTrackingGrabber, write_values
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate

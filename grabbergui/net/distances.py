@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import (
     Conversions,
 )
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 

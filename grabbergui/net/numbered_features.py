@@ -16,6 +16,7 @@ from grabbergui.core.errors import (
     FeatureValueError,
 )
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.frame_period import microseconds
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import (
@@ -25,7 +26,6 @@ from grabbergui.core.sfnc import (
     Role,
     automatic_mode_of,
     enabler_of,
-    microseconds,
     offers,
     regulating,
 )

@@ -17,7 +17,7 @@ import zstandard
 from lz4.frame import LZ4FrameDecompressor
 from typing_extensions import override
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import UsageError
 from grabbergui.core.regular_files import open_regular
 from grabbergui.recording.errors import RecordingError

@@ -12,12 +12,13 @@ from mcap.writer import CompressionType, Writer
 from typing_extensions import override
 
 from grabbergui.core import ros_image
-from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import Component, own_component
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.ros_encodings import encoding_of
 from grabbergui.core.ros_image import RosImage
 from grabbergui.recording.mcap_file import SCAN_METADATA
 from grabbergui.recording.ros_recording import BESIDE_KEY, DEVICE_TIME, NOTE
@@ -108,7 +109,7 @@ class McapWriter(RecordingWriter):
     def _message(self, image: Frame, part: Component | None, index: int) -> tuple[int, bytes]:
         """Return an image's channel, and the image as a message; `part` is its component, at `index`."""
         pixels, pixel_format = unpacked(image)
-        encoding = ros_image.encoding_of(pixel_format)
+        encoding = encoding_of(pixel_format)
         if not encoding:
             raise PixelFormatError(f"ROS has no encoding for {pixel_format}; record a folder instead")
         pixels = np.ascontiguousarray(pixels)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grabbergui.core import ros_image
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import UsageError
 
 IMAGE_TYPES = (ros_image.IMAGE_NAME, ros_image.COMPRESSED_NAME)

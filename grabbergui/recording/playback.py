@@ -14,7 +14,7 @@ from pathlib import Path
 
 from typing_extensions import override
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, UsageError
 from grabbergui.core.features import (

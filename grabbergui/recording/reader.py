@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from pathlib import Path
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from psygnal import Signal
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import (
     ExistingFileError,
     FrameTimeoutError,
@@ -23,11 +23,11 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import frame_rate
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
-from grabbergui.core.sfnc import frame_rate
 from grabbergui.recording.errors import DiskFullError, RecordingError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.opening import playable_frames

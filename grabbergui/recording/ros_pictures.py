@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core import encoded_image, pfnc, ros_image
+from grabbergui.core import encoded_image, pfnc, ros_encodings
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.pfnc import Family
 from grabbergui.core.ros_image import RosCompressedImage, RosImage
@@ -50,7 +50,7 @@ def of_image(image: RosImage, recorded_format: str = "") -> Picture:
             lines = _of_lines(image, 16 * image.width).view(">f4" if image.is_bigendian else "<f4")
             points = lines.reshape(image.height, image.width, 4)[..., :3].astype("<f4")
             return np.ascontiguousarray(points), "Coord3D_ABC32f", image.width, image.height
-    name = recorded_format or ros_image.FORMATS.get(encoding, "")
+    name = recorded_format or ros_encodings.FORMATS.get(encoding, "")
     if not name:
         raise RecordingError(f"images of encoding '{encoding[:40]}' cannot be played")
     pixel_format = format_named(name)
@@ -119,7 +119,7 @@ def of_compressed(image: RosCompressedImage) -> Picture:
     except RemoteProtocolError as error:
         raise RecordingError(f"a compressed image ('{image.format[:60]}'): {error}") from None
     name = of_file(pixels)
-    plain = ros_image.FORMATS.get(described, "")
+    plain = ros_encodings.FORMATS.get(described, "")
     # Files tell grey from colour; Bayer patterns, depth and signed values are only in the encoding.
     if plain and pixels.ndim == 2:
         named = pfnc.by_name(plain)

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.core.calibration import Scan3d
 from grabbergui.core.component import further_components
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import Family
-from grabbergui.core.scan3d import PointCloud
+from grabbergui.core.point_cloud import PointCloud
 
 _TIFF_TYPES = (np.uint16, np.int16, np.int32, np.float32, np.float64)
 "Types of deep values that OpenCV writes to TIFF unchanged."

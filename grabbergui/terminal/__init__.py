@@ -17,10 +17,11 @@ from grabbergui.core.environment import expanded
 from grabbergui.core.errors import FeatureNotFoundError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, Visibility
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import frame_wait
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, frame_wait
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.core.visible_text import visible
 from grabbergui.models.features.number_input import typed_value
 from grabbergui.models.settings import feature_set, files

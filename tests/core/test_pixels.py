@@ -15,7 +15,7 @@ from images import (
     random_values,
 )
 
-from grabbergui.core import pfnc, pixel_loops, pixels, unpacking
+from grabbergui.core import compiled_loops, pfnc, pixel_loops, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, Layout
@@ -37,10 +37,10 @@ def loops(request):
     """Everything holds with numba's loops and without them."""
     if request.param == "compiled":
         pytest.importorskip("numba", reason="the extra `fast` is not installed")
-        assert pixel_loops.wait()
-    pixel_loops.disable(request.param == "numpy")
+        assert compiled_loops.wait()
+    compiled_loops.disable(request.param == "numpy")
     yield
-    pixel_loops.disable(False)
+    compiled_loops.disable(False)
 
 
 @each_format(CONVERTIBLE)

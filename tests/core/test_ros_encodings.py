@@ -3,7 +3,7 @@
 import pytest
 
 from grabbergui.core import pfnc
-from grabbergui.core.ros_image import FORMATS, encoding_of, format_of
+from grabbergui.core.ros_encodings import FORMATS, encoding_of, format_of
 
 NAMES = [
     ("Mono8", "mono8"),

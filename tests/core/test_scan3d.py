@@ -11,7 +11,7 @@ import pytest
 from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui import sources
-from grabbergui.core.calibration import Coordinate, Scan3d
+from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.pfnc import by_name

@@ -8,9 +8,10 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import FeatureAccessError, FeatureError, UsageError
+from grabbergui.core.feature_instances import MAX_INSTANCES, instances
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey
-from grabbergui.core.settle import BATCH, MAX_INSTANCES, MAX_PASSES, Settled, instances, settle
+from grabbergui.core.settle import BATCH, MAX_PASSES, Settled, settle
 
 RED, GREEN, BLUE = (
     SettingKey("BalanceRatio", (("BalanceRatioSelector", entry),)) for entry in ("Red", "Green", "Blue")

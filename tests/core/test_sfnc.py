@@ -6,6 +6,7 @@ from fakes import ScriptedGrabber
 from grabbergui.core import sfnc
 from grabbergui.core.errors import FeatureAccessError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureDescription, FeatureKind
+from grabbergui.core.frame_period import frame_period, frame_wait
 from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Companions, Role
 
@@ -244,11 +245,11 @@ def flag(name, *, value):
 )
 def test_the_frame_period_is_the_longer_of_rate_and_exposure(features, seconds):
     camera = ScriptedGrabber(features)
-    assert sfnc.frame_period(camera) == pytest.approx(seconds)
-    assert sfnc.frame_wait(camera, 1.0) == pytest.approx(1.0 + 2 * seconds)
+    assert frame_period(camera) == pytest.approx(seconds)
+    assert frame_wait(camera, 1.0) == pytest.approx(1.0 + 2 * seconds)
 
 
 def test_the_frame_period_of_a_camera_that_does_not_answer_is_unknown():
     camera = ScriptedGrabber([number("AcquisitionFrameRate", 25.0)])
     camera.failures["AcquisitionFrameRate"] = FeatureAccessError("busy", "AcquisitionFrameRate")
-    assert sfnc.frame_period(camera) == 0
+    assert frame_period(camera) == 0

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from grabbergui import sources
-from grabbergui.core import pixel_loops
+from grabbergui.core import compiled_loops
 from grabbergui.core.errors import AckTimeoutError, GrabberError
 from grabbergui.core.grabber import ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
@@ -391,7 +391,7 @@ def refusal() -> str:
 
 
 if __name__ == "__main__":
-    pixel_loops.disable(True)  # emulated, numba's compiler takes longer than all tests here
+    compiled_loops.disable(True)  # emulated, numba's compiler takes longer than all tests here
     FORGETFUL = [SpareProgram(stream_and_close_nothing) for _ in range(ATTEMPTS * 2)]
     if viva is not None:
         VIVA = [SpareProgram(list_and_read_by_viva) for _ in range(2)]

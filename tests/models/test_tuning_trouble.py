@@ -7,7 +7,8 @@ from tuning_stage import REGION, on
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.sfnc import FRAME_WAIT, Role
+from grabbergui.core.frame_period import FRAME_WAIT
+from grabbergui.core.sfnc import Role
 from grabbergui.models import tuning
 from grabbergui.models.one_push import EXPOSURE_STEPS, expose, let_camera
 from grabbergui.models.undo_steps import Direction, Step

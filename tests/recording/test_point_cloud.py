@@ -4,13 +4,13 @@ import cv2
 import numpy as np
 import pytest
 
-from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.component import Component, ComponentKind, PayloadType
+from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import PointCloud
+from grabbergui.core.point_cloud import PointCloud
 from grabbergui.recording import snapshot
 
 INFO = DeviceInfo("gige:GV01", vendor="Acme", model="Depth", serial="GV01")

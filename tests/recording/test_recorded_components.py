@@ -8,8 +8,8 @@ from mcap.reader import make_reader
 
 from frames import frame_of
 from grabbergui import sources
-from grabbergui.core.calibration import Coordinate, Scan3d
 from grabbergui.core.component import Component, ComponentKind, PayloadType
+from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo

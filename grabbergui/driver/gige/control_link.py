@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
-from grabbergui.core.scheduling import wait_readable
+from grabbergui.core.socket_timeouts import wait_readable
 from grabbergui.driver.gige.bootstrap import (
     GVCP_PORT,
     Capability,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from grabbergui.core.calibration import Calibration, Scan3d
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.image.quantities import (

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.core.scan3d import PointCloud
+from grabbergui.core.point_cloud import PointCloud
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.quantities import ColourScale
 

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat, by_name
 from grabbergui.core.pixels import DisplayImage, Region, polarisation

@@ -12,11 +12,12 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from grabbergui.core.errors import FeatureError
+from grabbergui.core.feature_instances import instances
 from grabbergui.core.features import AccessMode, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import describe
 from grabbergui.core.settings import Selected, Selectors, SettingKey, same_value, setting_names
-from grabbergui.core.settle import BATCH, instances
+from grabbergui.core.settle import BATCH
 
 Progress = Callable[[int, int], None]
 "Called with the number of steps done and the total."

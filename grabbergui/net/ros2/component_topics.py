@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from grabbergui.core.calibration import Scan3d
+from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.scan3d import CurrentScan3d, PointCloud
+from grabbergui.core.point_cloud import PointCloud
+from grabbergui.core.scan3d import CurrentScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of
 from grabbergui.net.distances import in_metres
 from grabbergui.net.ros2.image_messages import message_bytes

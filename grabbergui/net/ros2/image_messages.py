@@ -18,7 +18,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core import ros_image
+from grabbergui.core import ros_encodings
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
     Calibration,
@@ -34,7 +34,7 @@ from grabbergui.net.ros2.runtime import Ros2Node, full_name
 
 def encoding_of(pixel_format: PixelFormat) -> str:
     """Return ROS's encoding of the result of `pixels_of`. Raises PixelFormatError if there is none."""
-    if name := ros_image.encoding_of(pixel_format):
+    if name := ros_encodings.encoding_of(pixel_format):
         return name
     if pixel_format.convertible and not pixel_format.needs_range:
         return "mono8" if pixel_format.family is Family.MONO else "rgb8"
@@ -49,7 +49,7 @@ def pixels_of(frame: Frame) -> NDArray[Any]:
     Shape (height, width) or (height, width, n); uint8, or 16 and 32 bits in little-endian order. Formats
     without an encoding of their own are converted to mono8 or rgb8.
     """
-    if not ros_image.encoding_of(frame.pixel_format) and frame.pixel_format.convertible:
+    if not ros_encodings.encoding_of(frame.pixel_format) and frame.pixel_format.convertible:
         return frame.mono() if frame.pixel_format.family is Family.MONO else frame.rgb()
     pixels = frame.raw()
     return pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
@@ -76,9 +76,9 @@ _SHOWN = 40
 
 def format_of(encoding: str) -> PixelFormat:
     """Return the pixel format of an encoding. Raises PixelFormatError naming one that we cannot show."""
-    pixel_format = ros_image.format_of(encoding)
+    pixel_format = ros_encodings.format_of(encoding)
     if pixel_format is None:
-        known = ", ".join(ros_image.FORMATS)
+        known = ", ".join(ros_encodings.FORMATS)
         raise PixelFormatError(
             f"images with the encoding '{encoding[:_SHOWN]}' cannot be shown; known are {known}"
         )

@@ -23,9 +23,10 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import frame_rate, frame_wait
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import Role, frame_rate, frame_wait
+from grabbergui.core.sfnc import Role
 from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
 from grabbergui.net.tree import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp import grabber_values

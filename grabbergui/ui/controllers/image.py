@@ -9,8 +9,9 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QPointF, QTimer, pyqtSignal
 from PyQt5.QtWidgets import QAction, QWidget
 
-from grabbergui.core.calibration import Scan3d
-from grabbergui.core.scan3d import may_change, range_image, read_scan3d
+from grabbergui.core.coord3d import Scan3d
+from grabbergui.core.point_cloud import range_image
+from grabbergui.core.scan3d import may_change, read_scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.image.camera_watch import CameraWatch, is_polarised
 from grabbergui.models.image.components import ShownImage

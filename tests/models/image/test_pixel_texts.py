@@ -1,7 +1,7 @@
 import numpy as np
 
 from frames import frame_of
-from grabbergui.core.calibration import Coordinate, Scan3d
+from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.display_settings import DisplaySettings

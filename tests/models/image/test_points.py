@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grabbergui.core.scan3d import PointCloud
+from grabbergui.core.point_cloud import PointCloud
 from grabbergui.models.image.points import BACKGROUND, Viewpoint, draw
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from frames import frame_of
-from grabbergui.core.calibration import Coordinate, Scan3d
+from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.pixels import Region
 from grabbergui.models.image.display_settings import DisplaySettings
 from grabbergui.models.image.quantities import NO_DATA, ColourScale, Levels, PolarisedView, quantity_of

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.ros_image import FORMATS
+from grabbergui.core.ros_encodings import FORMATS
 from grabbergui.net.ros2.client_stream import ImageStream
 from grabbergui.net.ros2.image_messages import (
     Continuity,

@@ -5,8 +5,8 @@ import threading
 import pytest
 
 from grabbergui import sources
+from grabbergui.core.costly_work import REST, CostlyWork
 from grabbergui.core.errors import RemoteProtocolError, UsageError
-from grabbergui.core.scheduling import REST, CostlyWork
 from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.events import Message

@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
+from grabbergui.core.costly_work import costly_work
 from grabbergui.core.errors import (
     AckTimeoutError,
     GrabberError,
@@ -22,7 +23,6 @@ from grabbergui.core.errors import (
     ResourceExhaustedError,
     TransportError,
 )
-from grabbergui.core.scheduling import costly_work
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands

@@ -18,7 +18,7 @@ from contextlib import suppress
 from typing import Final
 
 from grabbergui.core.errors import AckTimeoutError, ResourceExhaustedError, TransportError
-from grabbergui.core.scheduling import wait_readable, wait_writable
+from grabbergui.core.socket_timeouts import wait_readable, wait_writable
 from grabbergui.net.yarp.os.authentication import _HANDSHAKE_BYTES, Handshake
 from grabbergui.net.yarp.os.bottle import Buffer
 
