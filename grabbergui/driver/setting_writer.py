@@ -144,6 +144,8 @@ class SettingWriter:
         names = (description.name for description in nodes.root.descriptions())
         self._regulated_by = regulated_by_mode(names, nodes.has)
         "Each automatic mode, and the features it regulates."
+        self._noting: set[str] = set()
+        "Modes whose values are being noted."
         self._targets: dict[str, _Target] = {}
         self._followers_of: dict[tuple[str, ...], tuple[str, ...]] = {}
         "Both are fixed by the description; kept because a slider asks for them sixty times a second."
@@ -314,6 +316,15 @@ class SettingWriter:
 
     def _note_regulated(self, mode: str) -> None:
         """Remember the values that an automatic mode found, which stay when it goes off."""
+        if mode in self._noting:
+            return  # the selectors that are written below may switch the mode itself
+        self._noting.add(mode)
+        try:
+            self._remember_regulated(mode)
+        finally:
+            self._noting.discard(mode)
+
+    def _remember_regulated(self, mode: str) -> None:
         self._nodes.invalidate(frozenset(self._regulated_by[mode]))
         for name in self._regulated_by[mode]:
             for key in instances_of(self._grabber, name):
