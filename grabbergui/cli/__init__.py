@@ -32,7 +32,6 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import is_ip_address
 from grabbergui.core.visible_text import print_json, print_line
 
-# -- running a command ---------------------------------------------------------------------------
 EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
@@ -74,9 +73,13 @@ FAMILIES = {
     "features": ("features", "get", "set", "run", "save", "load", "diff"),
     "files": ("files",),
     "report": ("report",),
-    "frames": ("grab", "record", "events"),
+    "grab": ("grab",),
+    "record": ("record",),
+    "events": ("events",),
     "serve": ("serve",),
-    "simulate": ("simulate", "simulate-teo", "simulate-tiago", "yarp-server"),
+    "simulate": ("simulate",),
+    "simulate_robots": ("simulate-teo", "simulate-tiago"),
+    "name_servers": ("yarp-server",),
     "gige": ("force-ip", "persistent-ip", "trigger-group"),
     "calibrate": ("calibrate", "hand-eye"),
     "servo": ("servo",),
@@ -176,7 +179,6 @@ def _give_up_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-# -- parsers -------------------------------------------------------------------------------------
 def shared_options() -> list[argparse.Action]:
     """Return the options that every command has, as `grabbergui --help` explains them."""
     parser = argparse.ArgumentParser(prog="grabbergui", add_help=False)

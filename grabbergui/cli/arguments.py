@@ -20,7 +20,6 @@ if TYPE_CHECKING:  # help needs no numpy
     from grabbergui.core.grabber import ConnectionState, FrameGrabber
 
 
-# -- types of arguments --------------------------------------------------------------------------
 def count(text: str) -> int:
     """Parse a whole number of at least 1."""
     return _whole(text, 1, None)
@@ -124,7 +123,6 @@ def _finite(text: str) -> float:
     return value
 
 
-# -- the source ----------------------------------------------------------------------------------
 def add_source(parser: argparse.ArgumentParser) -> None:
     """Add the SOURCE argument."""
     parser.add_argument(

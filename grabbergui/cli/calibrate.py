@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.calibration.hand_eye_file import static_transform_command
 from grabbergui.cli import servo, servo_robots
 from grabbergui.cli.arguments import count, opened, part, wait_time
 from grabbergui.cli.gui import add_theme, importing_window
@@ -331,7 +330,7 @@ def _print_hand_eye(result: HandEyeResult, placement: CameraMount) -> None:
         if offsets.any():
             degrees = " ".join(f"{math.degrees(offset):+.2f}" for offset in offsets)
             print_line(f"offsets of the joints that carry the {name}: {degrees}°")
-    print_line(static_transform_command(result, placement), flush=True)
+    print_line(hand_eye_file.static_transform_command(result, placement), flush=True)
 
 
 def _publish(result: HandEyeResult, placement: CameraMount, stop: threading.Event) -> None:

@@ -123,7 +123,6 @@ def sources_help() -> str:
     return "\n".join(lines)
 
 
-# -- pixel formats -------------------------------------------------------------------------------
 def pixel_formats_page() -> str:
     """Document every format: name, code, bits, how it is unpacked, shown and how fast."""
     shown = sum(pixel_format.convertible for pixel_format in FORMATS)
@@ -189,7 +188,6 @@ def made_by(pixel_format: PixelFormat) -> str:
     return "view"
 
 
-# -- man page ------------------------------------------------------------------------------------
 def man_page() -> str:
     """Return the man page in section 1, as man(7) macros."""
     parts = [
@@ -253,7 +251,6 @@ def _roff(text: str) -> str:
     return rf"\&{text}" if text.startswith(".") else text
 
 
-# -- completion ----------------------------------------------------------------------------------
 def completion_table() -> dict[str, Any]:
     """Return the commands with their arguments, as `grabbergui.setup.completion` reads them."""
     return {
@@ -297,7 +294,6 @@ def _completed(action: argparse.Action) -> dict[str, Any]:
     return {**described, "kind": kind, "many": action.nargs in ("*", "+")}
 
 
-# -- arguments -----------------------------------------------------------------------------------
 def _explained(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
     """Yield the arguments of a parser that have help; those that every command has are left out."""
     for action in parser._actions:

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
 from grabbergui.cli.arguments import Outage, add_lost_timeout, add_monitor, opened
+from grabbergui.cli.name_servers import add_name_server_options, named_server
 from grabbergui.cli.process import stop_on_signals, supervised
-from grabbergui.cli.simulate import add_name_server_options, named_server
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.ini_files import find_ini, parse_ini, read_ini
 from grabbergui.config.serve_options import ServeOptions

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from grabbergui.calibration import hand_eye_file
 from grabbergui.cli.arguments import opened
 from grabbergui.cli.gui import importing_window
 from grabbergui.cli.process import stop_on_signals
@@ -141,6 +140,7 @@ def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> No
 
 def place_camera(robot: Robot, file: Path) -> None:
     """Use the camera's pose from a hand–eye calibration. Raises UsageError, OSError."""
+    from grabbergui.calibration import hand_eye_file
     from grabbergui.servo.robots.robot import CameraPlace
 
     result, placement = hand_eye_file.load(file), hand_eye_file.placement(file)
@@ -156,6 +156,7 @@ def place_camera(robot: Robot, file: Path) -> None:
 
 def placement(options: argparse.Namespace) -> CameraMount:
     """Return the mount of the camera, with tf's names as far as they are known."""
+    from grabbergui.calibration import hand_eye_file
     from grabbergui.calibration.geometry import pose
 
     eye, turned = options.eye, pose()
@@ -214,7 +215,6 @@ def tiago_topics(options: argparse.Namespace) -> Topics:
     return Topics(**topics, **frame)
 
 
-# -- robots --------------------------------------------------------------------------------------
 def _sim_teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
     from grabbergui.servo.robots import teo
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 from grabbergui import sources
-from grabbergui.cli import frames, main
+from grabbergui.cli import events, main
 from grabbergui.core.grabber import FrameGrabber
 
 SMALL = "sim:?width=64&height=48&fps=100"
@@ -39,7 +39,7 @@ def test_the_selector_is_restored(monkeypatch: pytest.MonkeyPatch) -> None:
         selected.append(camera.feature("EventSelector").value)
         camera.close()
 
-    monkeypatch.setattr(frames, "opened", opened)
+    monkeypatch.setattr(events, "opened", opened)
     assert main(["events", SMALL, "ExposureEnd", "Test", "--duration", "0.1"]) == 0
     assert selected == ["FrameStart"]
 

@@ -7,7 +7,7 @@ from itertools import count
 
 import pytest
 
-from grabbergui.cli import EXIT_FAILURE, CommandParser, features, frames, main
+from grabbergui.cli import EXIT_FAILURE, CommandParser, features, grab, main, record
 from grabbergui.cli.arguments import Outage
 from grabbergui.core.errors import GrabberError, MissingFileError, TransportError, UsageError
 from grabbergui.driver.camera import Camera
@@ -22,7 +22,8 @@ def run(*arguments):
     parser = argparse.ArgumentParser()
     commands = parser.add_subparsers(required=True, parser_class=CommandParser)
     features.add_commands(commands)
-    frames.add_commands(commands)
+    grab.add_commands(commands)
+    record.add_commands(commands)
     options = parser.parse_args([str(argument) for argument in arguments])
     return options.run(options)
 

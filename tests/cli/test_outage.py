@@ -7,7 +7,7 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.cli import arguments
 from grabbergui.cli.arguments import Outage
-from grabbergui.cli.frames import _AwaitedSource
+from grabbergui.cli.awaited_source import AwaitedSource
 from grabbergui.core.errors import TransportError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import ConnectionState
@@ -110,5 +110,5 @@ def test_a_source_is_closed_also_where_the_command_ends_before_it_began(monkeypa
 def test_without_a_frame_what_to_check_depends_on_what_arrived(grabber, uri, incomplete, named):
     grabber.info = DeviceInfo(uri)
     grabber.statistics = lambda: StreamStatistics(packets=231, incomplete=incomplete)
-    error = _AwaitedSource(grabber).no_frame(3.0)
+    error = AwaitedSource(grabber).no_frame(3.0)
     assert "231 packets" in str(error) and named in str(error)

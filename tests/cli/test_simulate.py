@@ -9,7 +9,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
-from grabbergui.cli.simulate import named_server
+from grabbergui.cli.name_servers import named_server
 from grabbergui.core import pfnc
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import server

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import CommandParser, servo, simulate
+from grabbergui.cli import CommandParser, servo, simulate_robots
 from patience import PROGRAM
 
 LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"
@@ -59,7 +59,7 @@ def described(monkeypatch):
 def options(*arguments):
     parser = argparse.ArgumentParser()
     commands = parser.add_subparsers(required=True, parser_class=CommandParser)
-    for family in (servo, simulate):
+    for family in (servo, simulate_robots):
         family.add_commands(commands)
     return parser.parse_args(arguments)
 

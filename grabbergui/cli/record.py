@@ -1,0 +1,108 @@
+"""`record`: write a camera's frames to files until a limit or a signal ends it."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+from grabbergui.cli import PartialResultError
+from grabbergui.cli.arguments import (
+    count,
+    counted,
+    positive,
+    wait_time,
+)
+from grabbergui.cli.awaited_source import add_options, awaited_source
+from grabbergui.cli.process import stop_on_signals
+from grabbergui.core.environment import check_folder_of
+from grabbergui.core.errors import (
+    GrabberError,
+)
+from grabbergui.core.visible_text import print_json, print_line
+from grabbergui.recording.kinds import CODECS, kind_of
+from grabbergui.recording.recorder import RecordingLimits, create_recorder
+
+_POLL = 0.1
+"Seconds between checks whether the user or the recording has ended."
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parser."""
+    parser = commands.add_parser(
+        "record",
+        help="record frames; play them back with file:PATH",
+        example="grabbergui record gige: --out scene.mcap -t 10",
+    )
+    add_options(parser, awaited="the first frame")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="the recording: movie.mp4, messages.mcap, stack.tiff, array.npy, or a folder (no ending)",
+    )
+    parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
+    parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="end after this many seconds")
+    parser.add_argument("--size", type=positive, metavar="MB", help="end after this many megabytes")
+    parser.add_argument("--lossless", action="store_true", help="lossless movie, larger: H.264 or FFV1")
+    parser.add_argument(
+        "--codec",
+        choices=CODECS,
+        help="codec of a movie: h264 (default), hevc or av1 (smaller), ffv1 (lossless)",
+    )
+    parser.add_argument("--tiff", action="store_true", help="in a folder: TIFF, larger and faster than PNG")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_record)
+
+
+def _record(options: argparse.Namespace) -> int:
+    check_folder_of(options.out)
+    kind = kind_of(options.out, codec=options.codec, lossless=options.lossless, tiff=options.tiff)
+    size = None if options.size is None else options.size * 1e6
+    limits = RecordingLimits(options.frames, options.seconds, size)
+    with awaited_source(options) as source, stop_on_signals() as stop:
+        grabber = source.grabber
+        recorder = create_recorder(grabber, options.out, kind, limits)
+        recorder.start()
+        failure: GrabberError | None = None
+        try:
+            grabber.start(keep_trigger=options.keep_trigger)
+            begun = time.monotonic()
+            while not recorder.wait(_POLL) and not stop.is_set():
+                source.outage.check()
+                if not recorder.progress.frames and source.outage.waited(begun) > source.timeout:
+                    raise source.no_frame()
+        except GrabberError as error:
+            failure = error
+        finally:
+            recorder.stop()
+            recorder.wait()
+        if failure is None:
+            grabber.stop()
+    progress = recorder.progress
+    reason = str(failure) if failure is not None else progress.reason
+    summary = {
+        "frames": progress.frames,
+        "dropped": progress.dropped,
+        "seconds": progress.seconds,
+        "bytes": progress.size,
+        "path": str(options.out),
+    }
+    if options.json:
+        if not reason:
+            print_json(summary)
+    elif progress.frames:
+        megabytes = progress.size / 1e6
+        print_line(
+            f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "
+            f"{megabytes:.1f} MB; {progress.dropped} dropped"
+        )
+        if progress.left_out:
+            print_line(f"only the first of {progress.left_out + 1} images in each frame; .mcap keeps all")
+    elif not reason:
+        print_line("nothing was recorded")
+    if reason:
+        raise PartialResultError(reason, summary) from failure or progress.error
+    return 0
