@@ -319,6 +319,7 @@ class _Report:
 
 
 def _print_hand_eye(result: HandEyeResult, placement: CameraMount) -> None:
+    from grabbergui.calibration import hand_eye_file
 
     used = sum(not math.isnan(error) for error in result.errors)
     metres, radians = result.uncertainty
