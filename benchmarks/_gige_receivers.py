@@ -93,7 +93,8 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     from PyQt5.QtCore import QTimer
 
     from grabbergui.driver.gige.stream import sockets
-    from grabbergui.ui.application import Preferences, application
+    from grabbergui.ui.application import application
+    from grabbergui.ui.preferences import Preferences
     from grabbergui.ui.run.program import Program
     from grabbergui.ui.views.main_window import MainWindow
 

@@ -80,10 +80,10 @@ def main(arguments: list[str]) -> int:
     with ExitStack() as stack:
         stack.enter_context(patch.object(servo_robots, "assemble", assembled))
         if "--headless" not in arguments:
-            from grabbergui.ui.run import standalone
+            from grabbergui.ui.run import servo_process
 
             window = [str(Path(__file__).with_name("_servo_window.py")), os.ttyname(sys.stdin.fileno())]
-            stack.enter_context(patch.object(standalone, "WINDOW_PROGRAM", window))
+            stack.enter_context(patch.object(servo_process, "WINDOW_PROGRAM", window))
         return cli.main(["servo", *arguments])
 
 

@@ -13,7 +13,7 @@ from PyQt5.QtCore import QSocketNotifier, Qt
 from PyQt5.QtTest import QTest
 
 from grabbergui.ui.application import application
-from grabbergui.ui.run import standalone
+from grabbergui.ui.run.servo_process import main
 from grabbergui.ui.views.servo_window import ServoWindow
 
 
@@ -40,4 +40,4 @@ def obey(terminal: str) -> Any:
 
 if __name__ == "__main__":
     notifier = obey(sys.argv[1])  # it must live as long as the window
-    standalone.main()
+    main()

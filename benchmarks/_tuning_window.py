@@ -106,7 +106,8 @@ def watch(pipe: Connection, source: str, repeats: int) -> None:
 
 class _Operator:
     def __init__(self, tuned: Tuned) -> None:
-        from grabbergui.ui.application import Preferences, application
+        from grabbergui.ui.application import application
+        from grabbergui.ui.preferences import Preferences
         from grabbergui.ui.theme import Theme, dress
         from grabbergui.ui.views.main_window import MainWindow
 

@@ -172,7 +172,8 @@ def _in_a_process(case: Case, window: str, seconds: float) -> Watched:
 
 def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     """Open the window on a camera and measure for a while."""
-    from grabbergui.ui.application import Preferences, application
+    from grabbergui.ui.application import application
+    from grabbergui.ui.preferences import Preferences
     from grabbergui.ui.run.program import Program
     from grabbergui.ui.theme import Theme, dress
     from grabbergui.ui.views.main_window import MainWindow

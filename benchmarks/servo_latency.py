@@ -32,6 +32,7 @@ from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.runner import Runner
+from grabbergui.ui.run.servo_process import servo_in_own_process
 
 Photon = Callable[[Frame], float]
 """Returns the middle of a frame's exposure, seconds of `time.monotonic`."""
@@ -226,12 +227,11 @@ def latencies_of(
 def show(runner: Runner, seconds: float) -> None:
     """Show the run in its window for some time."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    from grabbergui.ui.run import standalone
 
     def calibration(width: int, height: int) -> Calibration:
         return closed_loop.calibration().scaled_to(width, height)
 
-    standalone.servo_in_own_process(runner, calibration, seconds)
+    servo_in_own_process(runner, calibration, seconds)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QDockWidget, QWidget
 
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.image_canvas import Purpose
+from grabbergui.ui.widgets.drawing_tool import Purpose
 
 folder = Path(os.environ.get("SCREENSHOTS", "docs/images"))
 window, program = app.window, app.program

@@ -26,12 +26,13 @@ from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.ui.application import application
-from grabbergui.ui.controllers.servoing import HandEyeController, ServoController
+from grabbergui.ui.controllers.hand_eye import HandEyeController
+from grabbergui.ui.controllers.servoing import ServoController
+from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.servo_window import ServoWindow
-from grabbergui.ui.windows import FileDialogs
 
 SECONDS, SHOWN_AT = 9.4, 4.0
 SHOWN_EVERY = 4

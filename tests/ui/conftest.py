@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from fakes import ScriptedGrabber
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.application import Preferences
+from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.views.main_window import MainWindow
 from patience import PATIENCE

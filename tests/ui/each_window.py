@@ -13,7 +13,9 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.cli import main
-from grabbergui.ui.gui_thread import GuiThreadCollector
+from grabbergui.ui.garbage import GuiThreadCollector
+from grabbergui.ui.run import servo_process
+from grabbergui.ui.run.servo_process import WINDOW_PROGRAM
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from patience import PATIENCE
 
@@ -55,9 +57,7 @@ def show(arguments, wanted, closed):
     os.environ.update(WANTED=wanted, CLOSED="yes" if closed else "")
     signal.alarm(round(PATIENCE))
     if arguments[0] == "servo":
-        from grabbergui.ui.run import standalone
-
-        standalone.WINDOW_PROGRAM[:] = [__file__]
+        WINDOW_PROGRAM[:] = [__file__]
     sys.exit(main(arguments))
 
 
@@ -84,9 +84,7 @@ def outcome(arguments, wanted, closed):
 
 if __name__ == "__main__":
     if "CLOSED" in os.environ:  # the window of a servo loop in another process
-        from grabbergui.ui.run import standalone
-
-        standalone.main()
+        servo_process.main()
     else:
         import grabbergui.driver.camera
         import grabbergui.driver.sim.device

@@ -31,9 +31,9 @@ from PyQt5.QtWidgets import (
 )
 from screen_reader import Heard, hear
 
-from grabbergui.ui.application import speak
+from grabbergui.ui.interface_language import speak
+from grabbergui.ui.tab_order import LINE_HEIGHT, reading_order
 from grabbergui.ui.widgets.labels import ElidedLabel
-from grabbergui.ui.windows import LINE_HEIGHT, reading_order
 from patience import PROGRAM
 
 CONTROLS = (

@@ -18,7 +18,8 @@ from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
 from grabbergui.ui.controllers.tuning import RegionController
 from grabbergui.ui.views.recording_bars import PauseBar
-from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas
+from grabbergui.ui.widgets.drawing_tool import DrawingTool
+from grabbergui.ui.widgets.image_canvas import ImageCanvas
 
 PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
 

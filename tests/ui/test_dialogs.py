@@ -15,14 +15,15 @@ from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet
-from grabbergui.ui import windows
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
 from grabbergui.ui.views.image_view import PointCloudDialog
+from grabbergui.ui.views.lut_dialog import LutDialog
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.views.settings_dialogs import LutDialog, SettingsDifference, SettingsReport, UserSetsDialog
+from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
+from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 
 SCREEN = QRect(0, 0, 800, 600)
 ROOM = QSize(800, 560)
@@ -111,7 +112,7 @@ def out_of_sight(dialog):
 @pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
 def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, qapp, monkeypatch, kind):
     screen = SimpleNamespace(availableGeometry=lambda: SCREEN, availableSize=SCREEN.size)
-    monkeypatch.setattr(windows, "has_screen", lambda: True)
+    monkeypatch.setattr(screen, "has_screen", lambda: True)
     monkeypatch.setattr(kind, "screen", lambda _: screen, raising=False)
     dialog = MADE[kind](window)
     dialog.show()

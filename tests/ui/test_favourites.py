@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QApplication, QLabel
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features.pinned import MOST_PINNED, moved, placed, without
 from grabbergui.models.open_source import Lack
-from grabbergui.ui.application import Preferences, camera_model
+from grabbergui.ui.preferences import Preferences, camera_model
 from grabbergui.ui.views.favourites import CARD_WIDTH, LINE_HEIGHT, FavouritesStrip
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")

@@ -11,7 +11,8 @@ from PyQt5 import uic
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.environment import RESOURCES
-from grabbergui.ui import windows
+from grabbergui.ui import form_loader
+from grabbergui.ui.form_loader import compile_forms, load_form
 
 FORM = """<ui version="4.0"><class>Card</class><widget class="QWidget" name="Card">
 <layout class="QVBoxLayout" name="lines"><item><widget class="QPushButton" name="saveButton">
@@ -22,19 +23,19 @@ FORM = """<ui version="4.0"><class>Card</class><widget class="QWidget" name="Car
 
 @pytest.fixture
 def forms(tmp_path, monkeypatch):
-    monkeypatch.setattr(windows, "_FORMS", tmp_path)
+    monkeypatch.setattr(form_loader, "_FORMS", tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
-    windows._form.cache_clear()
+    form_loader._form.cache_clear()
     yield tmp_path
-    windows._form.cache_clear()
+    form_loader._form.cache_clear()
 
 
 def loaded(qtbot):
     """Load the form as a program does that starts now."""
-    windows._form.cache_clear()
+    form_loader._form.cache_clear()
     card = QWidget()
     qtbot.addWidget(card)
-    windows.load_form("card", card)
+    load_form("card", card)
     return card
 
 
@@ -63,7 +64,7 @@ def test_a_form_is_compiled_once_and_anew_after_a_change(qtbot, forms, monkeypat
 
 def test_all_forms_can_be_compiled_before_they_are_needed(forms):
     (forms / "card.ui").write_text(FORM.format(text="Save", icon="record"))
-    windows.compile_forms()
+    compile_forms()
     assert [file.name.split(".")[0] for file in (forms / "__pycache__").iterdir()] == ["card"]
 
 
@@ -91,7 +92,7 @@ def spanish(form):
     return {m.findtext("source"): m.findtext("translation") for c in contexts for m in c.iter("message")}
 
 
-@pytest.mark.parametrize("file", sorted(windows._FORMS.glob("*.ui")), ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", sorted(form_loader._FORMS.glob("*.ui")), ids=lambda file: file.stem)
 def test_a_letter_presses_one_control(file):
     """Alt+N moved the cursor to a field instead of pressing Next."""
     form = ElementTree.parse(file).getroot()

@@ -6,7 +6,7 @@ import threading
 import pytest
 from PyQt5.QtCore import QObject
 
-from grabbergui.ui.gui_thread import GuiThreadCollector
+from grabbergui.ui.garbage import GuiThreadCollector
 
 
 class Cycle:

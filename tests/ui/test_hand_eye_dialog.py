@@ -19,7 +19,7 @@ from grabbergui.servo.hand_eye_run import Step
 from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.ui.controllers.servoing import HandEyeController
+from grabbergui.ui.controllers.hand_eye import HandEyeController
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.views.hand_eye_dialog import PRINTED, HandEyeDialog

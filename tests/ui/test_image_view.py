@@ -12,8 +12,8 @@ from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.image.live_image import PAINT_WAIT
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.image_view import ImageView
-from grabbergui.ui.widgets.image_canvas import Purpose
-from grabbergui.ui.widgets.image_items import PixelValues
+from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.image_overlays import PixelValues
 
 WIDTH, HEIGHT = 1600, 1200
 

@@ -24,8 +24,8 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.errors import UsageError
 from grabbergui.models import language as models_language
-from grabbergui.ui.application import languages, speak
 from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.interface_language import languages, speak
 from grabbergui.ui.views.feature_panel import Section
 from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.views.servo_window import TimePlot

@@ -24,7 +24,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui import sources
 from grabbergui.models.diagnosis import Stage
-from grabbergui.ui.application import speak
+from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views import panel_layout
 from grabbergui.ui.views.main_window import MainWindow

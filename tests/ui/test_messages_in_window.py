@@ -7,9 +7,9 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QApplication, QScrollArea, QToolButton
 
 from grabbergui.models.messages import Message, Offer, Severity
+from grabbergui.ui.tab_order import reading_order
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
 from grabbergui.ui.widgets.messages import MessageBar
-from grabbergui.ui.windows import reading_order
 
 
 def test_the_image_stays_where_it_is_under_a_message(app):

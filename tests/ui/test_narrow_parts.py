@@ -23,9 +23,11 @@ from grabbergui.ui.theme import DARK, Theme, dress, icon, palette
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.views.measuring_panels import FocusPanel
 from grabbergui.ui.views.recording_bars import RecordingBar
-from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
-from grabbergui.ui.widgets.messages import StatusStrip
-from grabbergui.ui.widgets.plots import LABEL_ROOM, CurveRow, SecondsAxis
+from grabbergui.ui.widgets.curve_row import CurveRow
+from grabbergui.ui.widgets.labels import ElidedLabel
+from grabbergui.ui.widgets.plots import LABEL_ROOM, SecondsAxis
+from grabbergui.ui.widgets.status_strip import StatusStrip
+from grabbergui.ui.widgets.task_stack import TaskStack
 
 
 @pytest.fixture

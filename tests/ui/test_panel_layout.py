@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.status import Tone
-from grabbergui.ui.application import speak
+from grabbergui.ui.interface_language import speak
 from grabbergui.ui.views import panel_layout
 from grabbergui.ui.views.main_window import TOOLS_HEIGHT
 from grabbergui.ui.views.panel_layout import SETTLING_MS

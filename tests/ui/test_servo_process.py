@@ -20,7 +20,8 @@ from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import HELD, Runner
-from grabbergui.ui.run import standalone
+from grabbergui.ui.run import servo_process, standalone
+from grabbergui.ui.run.servo_process import servo_in_own_process
 from patience import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills processes by signals")
@@ -31,7 +32,7 @@ def windows(of):
     found = []
     for child in psutil.Process(of).children():
         with contextlib.suppress(psutil.ZombieProcess):  # another test's, that has just ended
-            if any("standalone" in word for word in child.cmdline()):
+            if any("servo_process" in word for word in child.cmdline()):
                 found.append(child.pid)
     return found
 
@@ -53,7 +54,7 @@ def shown(monkeypatch):
     stop, failures = threading.Event(), []
 
     def show():
-        failures.append(standalone.servo_in_own_process(runner, calibration.scaled_to, None, stop=stop))
+        failures.append(servo_in_own_process(runner, calibration.scaled_to, None, stop=stop))
 
     def outcome():
         showing.join(PATIENCE)
@@ -79,7 +80,7 @@ def test_a_window_that_is_killed_stops_the_robot_and_says_so(shown):
 def test_a_window_that_hangs_when_the_program_is_to_end_is_no_failure(shown, monkeypatch):
     """On a busy machine the program killed its window, and said that it had ended unexpectedly."""
     runner, stop, outcome = shown
-    monkeypatch.setattr(standalone, "_END_S", 0.2)
+    monkeypatch.setattr(servo_process, "_END_S", 0.2)
     os.kill(await_window(os.getpid()), signal.SIGSTOP)
     stop.set()
     assert outcome() == ""
@@ -88,12 +89,12 @@ def test_a_window_that_hangs_when_the_program_is_to_end_is_no_failure(shown, mon
 
 def test_a_window_that_is_still_starting_holds_up_nobody(monkeypatch):
     """On a busy machine the program waited five seconds for it, and complained of it."""
-    monkeypatch.setattr(standalone, "WINDOW_PROGRAM", ["-c", "import time; time.sleep(3600)"])
-    monkeypatch.setattr(standalone, "_END_S", 3600)
+    monkeypatch.setattr(servo_process, "WINDOW_PROGRAM", ["-c", "import time; time.sleep(3600)"])
+    monkeypatch.setattr(servo_process, "_END_S", 3600)
     runner, stop = Runner(Dark(), SimRobot(teo.MODEL), lambda frame: None), threading.Event()
     stop.set()
-    options = standalone._Options(None, None, standalone.Theme.AUTO, False)
-    assert standalone._show_once(runner, closed_loop.calibration().scaled_to, options, stop) == ("", False)
+    options = servo_process._Options(None, None, standalone.Theme.AUTO, False)
+    assert servo_process._show_once(runner, closed_loop.calibration().scaled_to, options, stop) == ("", False)
     assert runner.gate.halted == "interrupted"
 
 
@@ -141,11 +142,13 @@ def test_hand_and_eye_are_calibrated_between_two_windows(assumed, monkeypatch):
         happened.append(("window", runner.running, runner.gate.halted))
         return next(wanted) if assumed else ("", next(wanted))
 
-    monkeypatch.setattr(standalone, "servo" if assumed else "_show_once", window)
-    monkeypatch.setattr(standalone, "hand_eye", lambda *_, **__: happened.append(("wizard", runner.running)))
+    monkeypatch.setattr(servo_process, "servo" if assumed else "_show_once", window)
+    monkeypatch.setattr(
+        servo_process, "hand_eye", lambda *_, **__: happened.append(("wizard", runner.running))
+    )
     runner.start()
     try:
-        assert standalone.servo_in_own_process(runner, calibration, None, stand=stand) == ""
+        assert servo_in_own_process(runner, calibration, None, stand=stand) == ""
         assert happened == [("window", True, ""), ("wizard", False), ("window", True, HELD)]
     finally:
         runner.stop()
@@ -154,15 +157,15 @@ def test_hand_and_eye_are_calibrated_between_two_windows(assumed, monkeypatch):
 
 def test_a_window_that_is_closed_for_the_calibration_says_so(monkeypatch):
     program = (
-        "from grabbergui.ui.run import standalone\n"
-        "standalone.servo = lambda *_, **options: options['hand_eye']\n"
-        "standalone.main()"
+        "from grabbergui.ui.run import servo_process\n"
+        "servo_process.servo = lambda *_, **options: options['hand_eye']\n"
+        "servo_process.main()"
     )
-    monkeypatch.setattr(standalone, "WINDOW_PROGRAM", ["-c", program])
-    runner, options = Runner(Dark(), SimRobot(teo.MODEL), lambda frame: None), standalone._Options
+    monkeypatch.setattr(servo_process, "WINDOW_PROGRAM", ["-c", program])
+    runner, options = Runner(Dark(), SimRobot(teo.MODEL), lambda frame: None), servo_process._Options
     for offered in (True, False):
         shown = options(None, None, standalone.Theme.AUTO, offered)
-        assert standalone._show_once(runner, closed_loop.calibration().scaled_to, shown, None) == (
+        assert servo_process._show_once(runner, closed_loop.calibration().scaled_to, shown, None) == (
             "",
             offered,
         )

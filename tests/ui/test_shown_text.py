@@ -53,7 +53,8 @@ from grabbergui.ui.views.feature_panel import Section
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.servo_window import ServoWindow
-from grabbergui.ui.views.settings_dialogs import SettingsReport, UserSetsDialog
+from grabbergui.ui.views.settings_dialogs import SettingsReport
+from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 from marked_camera import MARKUP, marked_camera, marked_info
 
 UI = Path(ui.__file__).parent

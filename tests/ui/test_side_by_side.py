@@ -15,7 +15,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.widgets.pane_area import _PAD, PaneCaption, columns_for
+from grabbergui.ui.widgets.component_pane import _PAD, PaneCaption, columns_for
 
 
 def send_components(grabber, *names):

@@ -6,7 +6,7 @@ from PyQt5.QtGui import QFontMetrics
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.sources import ListedSource
-from grabbergui.ui.application import speak
+from grabbergui.ui.interface_language import speak
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.labels import MOST_LINES, name_lines
 

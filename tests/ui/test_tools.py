@@ -11,8 +11,8 @@ from PyQt5.QtWidgets import QApplication, QLabel
 from grabbergui.core.pixels import Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.image_canvas import Purpose
-from grabbergui.ui.widgets.image_items import Mark, size_text
+from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.image_overlays import Mark, size_text
 
 
 @pytest.fixture

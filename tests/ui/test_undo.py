@@ -13,7 +13,7 @@ from grabbergui.models.change import Change, Origin
 from grabbergui.models.change_journal import MOST_CHANGES
 from grabbergui.ui.views.changes_panel import ChangeTable
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.image_canvas import Purpose
+from grabbergui.ui.widgets.drawing_tool import Purpose
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QDialog, QFileDialog
 
 from grabbergui.ui.application import closed_by
-from grabbergui.ui.windows import FileDialogs
+from grabbergui.ui.file_dialogs import FileDialogs
 
 
 @pytest.mark.parametrize(

@@ -23,9 +23,9 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge, busy
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ImageView
-from grabbergui.ui.windows import set_available
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibration_dialogs import CalibratingController

@@ -14,9 +14,9 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
 from grabbergui.models.error_text import error_text
+from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
-from grabbergui.ui.windows import FileDialogs
 
 
 class CalibratingController(QObject):
@@ -77,7 +77,6 @@ class CalibratingController(QObject):
         """Save the calibration."""
         self.model.save(path)
 
-    # -- from the dialog -------------------------------------------------------------------------
     def _on_dialog_board_chosen(self, settings: BoardSettings) -> None:
         try:
             self.model.choose(settings)
@@ -123,7 +122,6 @@ class CalibratingController(QObject):
         if path := self._files.to_save(self.tr("Save the calibration"), str(Path.home() / name), kinds):
             self.save_to(path)
 
-    # -- from the model --------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
         preview = self.model.take()
         if preview is not None and self._chosen is None:

@@ -19,13 +19,13 @@ from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.value_history import PLOTTABLE
 from grabbergui.models.open_source import Lack
 from grabbergui.models.source_messages import CurrentMessages
-from grabbergui.ui.application import LAYOUT_VERSION, Preferences, camera_model
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer
+from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences, camera_model
 from grabbergui.ui.views.bases import Layout
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
-from grabbergui.ui.windows import set_available
 
 
 class FeatureController(QObject):

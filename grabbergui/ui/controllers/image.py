@@ -25,8 +25,9 @@ from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel
 from grabbergui.recording.snapshot import SnapshotWriter
-from grabbergui.ui.application import Preferences
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import (
     AcquisitionActions,
     ComponentActions,
@@ -37,8 +38,7 @@ from grabbergui.ui.views.bases import (
 )
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.measuring_panels import HistogramPanel
-from grabbergui.ui.widgets.image_items import LEGIBLE_ZOOM
-from grabbergui.ui.windows import set_available
+from grabbergui.ui.widgets.image_overlays import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200
 "Milliseconds between two readings of the pixel under the cursor."
@@ -114,7 +114,6 @@ class AcquisitionController(QObject):
             folder, scan = self._preferences.snapshot_folder, self._image.settings.scan
             self._snapshots.save_points(frame, folder, source.grabber.info, scan)
 
-    # -- the image -------------------------------------------------------------------------------
     def _on_timer_timeout(self) -> None:
         self._on_image_ready()  # perhaps one that was left while the window was minimised
         self._show_cursor()
@@ -150,7 +149,6 @@ class AcquisitionController(QObject):
             texts[shown.label] = value_at_text(shown, pixel, settings)
         self._view.setCursorText(cursor_text(shown, pixel, settings), texts)
 
-    # -- the connection --------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None:
             return
@@ -173,7 +171,6 @@ class AcquisitionController(QObject):
     def _on_snapshot_saved(self, path: Path) -> None:
         self._messages.notice(self.tr("Saved {0}").format(path))
 
-    # -- what can be done ------------------------------------------------------------------------
     def _enable_actions(self) -> None:
         state, actions, source = self._connection.state, self._actions, self._connection.source
         for action in (actions.actionConnect, actions.actionConnectStill):

@@ -31,9 +31,10 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import Lack
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.models.source_messages import CurrentMessages
-from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
+from grabbergui.ui.controllers.camera_ability import CameraAbility
+from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.bases import FileQuestions
-from grabbergui.ui.views.settings_dialogs import LutDialog
+from grabbergui.ui.views.lut_dialog import LutDialog
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,8 @@ from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import Dock, FileQuestions, ImageView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
-from grabbergui.ui.widgets.image_canvas import Purpose
-from grabbergui.ui.widgets.image_items import Mark
+from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.image_overlays import Mark
 
 
 class MeasuringController(QObject):
@@ -79,7 +79,6 @@ class MeasuringController(QObject):
         marks.setShape(Mark.FOCUS, self._seen(focus, frame) if focus and frame else None)
         marks.setShape(Mark.PROFILE, self._seen_line(line, frame) if line and frame else None)
 
-    # -- what is wanted --------------------------------------------------------------------------
     def _on_dock_seen(self, dock: QDockWidget, seen: bool) -> None:
         self._seen_docks[dock] = seen
         self._update_wanted()
@@ -139,7 +138,6 @@ class MeasuringController(QObject):
         self._view.drawing.cancel()
         self._focus_on(None)
 
-    # -- what was measured -----------------------------------------------------------------------
     def _on_measured(self, measured: Measurement) -> None:
         panels, size = self._panels, (measured.frame.width, measured.frame.height)
         if size != self._size and (self._focus_region is not None or self._line is not None):
@@ -158,7 +156,6 @@ class MeasuringController(QObject):
         if measured.profile is not None:
             panels.profile.setProfile(measured.profile)
 
-    # -- where it is seen ------------------------------------------------------------------------
     @property
     def _orientation(self) -> Orientation:
         return self._image.settings.orientation
@@ -234,7 +231,6 @@ class ValuesController(QObject):
         with self._messages.saving(path, self.tr("Saved the values to {0}")):
             write_whole(path, to_csv(self._histories))
 
-    # -- what is read ----------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None or source.features is None:
             return
@@ -264,7 +260,6 @@ class ValuesController(QObject):
                 history.add(moment, value)
         self._show(moment)
 
-    # -- what is shown ---------------------------------------------------------------------------
     def _show(self, now: float | None = None) -> None:
         self._panel.setSamples(self._histories, time.time() if now is None else now)
 

@@ -20,12 +20,12 @@ from grabbergui.models.recording import Recordings
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
-from grabbergui.ui.application import Preferences
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.shown_text import question_box
 from grabbergui.ui.views.bases import FileQuestions, PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar
-from grabbergui.ui.windows import set_available
 
 Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
 """Calls a function that closes these sources; asks first if one of them is being recorded."""

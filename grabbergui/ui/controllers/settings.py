@@ -32,9 +32,11 @@ from grabbergui.models.settings.user_sets import (
 )
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording.opening import VIDEO_SUFFIXES
-from grabbergui.ui.controllers.changes import CameraAbility, CameraWork
+from grabbergui.ui.controllers.camera_ability import CameraAbility
+from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.bases import FileQuestions
-from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog
+from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
+from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 
 
 class SettingsFilesController(QObject):
@@ -86,7 +88,6 @@ class SettingsFilesController(QObject):
         else:
             self.load(path)
 
-    # -- asking ----------------------------------------------------------------------------------
     def ask_save(self) -> None:
         """Let the user choose a file and save there."""
         source = self._connection.source
@@ -115,7 +116,6 @@ class SettingsFilesController(QObject):
     def _asked(self, title: str) -> Path | None:
         return self._files.to_open(title, self._kinds)
 
-    # -- the camera and a file -------------------------------------------------------------------
     def save(self, path: Path) -> None:
         """Save the camera's settings."""
 
@@ -208,7 +208,6 @@ class SettingsFilesController(QObject):
         name = self.tr("Rolled back: {0}").format(title)
         self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title, source=source)
 
-    # -- two files -------------------------------------------------------------------------------
     def compare_files(self, first: Path, second: Path) -> None:
         """Show the differences of two files, and offer to load either."""
         source = self._connection.source

@@ -29,12 +29,12 @@ from grabbergui.models.open_source import Lack, LinkState, OpenSource
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.tuning import TuningRun
 from grabbergui.models.undo_steps import Step
-from grabbergui.ui.controllers.changes import CameraAbility
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
-from grabbergui.ui.widgets.image_canvas import Purpose
-from grabbergui.ui.widgets.labels import TaskRow, TaskStack
-from grabbergui.ui.windows import set_available
+from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
 
 class TuningController(QObject):

@@ -5,37 +5,27 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QCursor, QKeyEvent, QStandardItem, QStandardItemModel
+from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import (
-    QAbstractItemView,
-    QAction,
-    QActionGroup,
     QCheckBox,
-    QComboBox,
-    QCompleter,
     QHBoxLayout,
     QLineEdit,
-    QMenu,
     QPushButton,
-    QToolButton,
     QWidget,
 )
 
 from grabbergui.core.features import (
-    EnumEntry,
     Feature,
     FeatureKind,
     FeatureValue,
     Representation,
     parse_coded,
 )
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models.features.feature_text import access_text, limit_text, value_text
+from grabbergui.models.features.feature_text import limit_text, value_text
 from grabbergui.models.features.slider_scale import nearest_allowed
-from grabbergui.models.open_source import Lack
-from grabbergui.ui.shown_text import PlainLabel, set_tooltip
-from grabbergui.ui.widgets.labels import ElidedComboBox, show_hint
-from grabbergui.ui.windows import ShortcutGuard, WheelGuard, set_available
+from grabbergui.ui.keys import ShortcutGuard
+from grabbergui.ui.shown_text import PlainLabel
+from grabbergui.ui.widgets.hints import show_hint
 
 
 class FeatureEditor(QWidget):
@@ -219,199 +209,3 @@ class CodedNumberEditor(TextEditor):
         if why := limit_text(feature, number, taken):
             show_hint(self.line, why)
         return taken
-
-
-# -- choices -------------------------------------------------------------------------------------
-LONG_LIST = 12
-"""Lists with more entries can be searched."""
-_WIDEST_LIST = 480
-"Pixels beyond which the names in an open list are elided."
-
-
-class _Combo(ElidedComboBox):
-    """A combo box with signals for its list opening and closing; typing searches a long list."""
-
-    popupShown = pyqtSignal()
-    popupHidden = pyqtSignal()
-
-    def showPopup(self) -> None:
-        self.popupShown.emit()
-        self._widen(self.view())
-        super().showPopup()
-
-    def hidePopup(self) -> None:
-        super().hidePopup()
-        self.popupHidden.emit()
-
-    def showEntries(self, model: QStandardItemModel) -> None:
-        """Replace the entries."""
-        self.setModel(model)
-        searched = model.rowCount() > LONG_LIST
-        if searched and not self.isEditable():
-            self._become_searchable()
-        elif not searched:
-            self.setEditable(False)
-        if (completer := self.completer()) is not None:
-            completer.setModel(model)
-
-    def showBeginning(self) -> None:
-        """Show the beginning of a searchable entry that is too long, not its end, unless it is edited."""
-        line = self.lineEdit()
-        if line is not None and not line.hasFocus():
-            line.setCursorPosition(0)
-
-    def _widen(self, entries: QAbstractItemView | None) -> None:
-        """Let an open list be as wide as its names."""
-        if entries is None:
-            return
-        bar = entries.verticalScrollBar()
-        beside = 2 * entries.frameWidth() + (bar.sizeHint().width() if bar is not None else 0)
-        entries.setMinimumWidth(min(entries.sizeHintForColumn(0) + beside, max(_WIDEST_LIST, self.width())))
-
-    def _become_searchable(self) -> None:
-        self.setEditable(True)
-        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        completer = QCompleter(self)
-        completer.setFilterMode(Qt.MatchFlag.MatchContains)
-        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
-        self.setCompleter(completer)
-        line = self.lineEdit()
-        assert line is not None
-        ShortcutGuard(line, line.isModified)
-        line.setAccessibleName(self.accessibleName())
-        line.returnPressed.connect(self._take_only_match)
-        line.editingFinished.connect(self._show_chosen)
-
-    def _take_only_match(self) -> None:
-        """Choose the entry whose name contains the typed text, if there is only one."""
-        typed, model = self.currentText().casefold(), self.model()
-        texts = [self.itemText(index).casefold() for index in range(self.count())]
-        found = [index for index, text in enumerate(texts) if typed and typed in text]
-        enabled = len(found) == 1 and model is not None and model.flags(model.index(found[0], 0))
-        if enabled and enabled & Qt.ItemFlag.ItemIsEnabled and found[0] != self.currentIndex():
-            self.setCurrentIndex(found[0])
-            self.activated[int].emit(found[0])
-
-    def _show_chosen(self) -> None:
-        """Show the current entry again: the typed text is no entry."""
-        self.setEditText(self.itemText(self.currentIndex()))
-        self.showBeginning()
-
-
-class ChoiceEditor(FeatureEditor):
-    """A combo box; entries that the camera does not accept now are grey."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._entries: tuple[EnumEntry, ...] = ()
-        self.combo = _Combo()
-        self.combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.combo.setMinimumContentsLength(6)
-        self._guard = WheelGuard(self.combo)
-        self.hold(self.combo)
-        self.combo.activated[int].connect(self._on_combo_activated)
-        self.combo.popupShown.connect(self.editingStarted)
-        self.combo.popupHidden.connect(self.editingFinished)
-
-    def setFeature(self, feature: Feature) -> None:
-        """Show the current entry."""
-        self.combo.setAccessibleName(feature.title)
-        if feature.entries != self._entries:
-            self._entries = feature.entries
-            self.combo.showEntries(self._model())
-        names = [entry.name for entry in self._entries]
-        index = names.index(feature.value) if feature.value in names else -1
-        self.combo.setCurrentIndex(index)
-        self.combo.showBeginning()
-        self.combo.setPlaceholderText(value_text(feature) if index < 0 else "")
-
-    def _model(self) -> QStandardItemModel:
-        model, not_offered = QStandardItemModel(self.combo), Lack.OFFER.text
-        for entry in self._entries:
-            item = QStandardItem(entry.title)
-            reason = "" if entry.available else not_offered
-            set_tooltip(item, f"{entry.tooltip}\n{reason}".strip())
-            item.setEnabled(entry.available)
-            model.appendRow(item)
-        return model
-
-    def _on_combo_activated(self, index: int) -> None:
-        self.valueEdited.emit(self._entries[index].name)
-
-
-# -- an automatic mode ---------------------------------------------------------------------------
-class AutoButton(QToolButton):
-    """Lit while the automatic mode is on. A click toggles it; its menu has every mode, Once included."""
-
-    modeChosen = pyqtSignal(object)
-    """The value for the automatic mode's feature."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._feature: Feature | None = None
-        self._menu = QMenu(self)
-        self._menu.setToolTipsVisible(True)
-        self._group = QActionGroup(self)
-        self._group.triggered.connect(lambda action: self.modeChosen.emit(action.data()))
-        self.setCheckable(True)
-        self.setText(self.tr("Auto"))
-        self.clicked[bool].connect(self._on_clicked)
-        self._menu.aboutToHide.connect(self._forget_mouse)
-
-    def setFeature(self, feature: Feature) -> None:
-        """Show the state of an automatic mode: an enumeration with Off, or a boolean."""
-        entries_changed = self._feature is None or self._feature.entries != feature.entries
-        self._feature = feature
-        if entries_changed:
-            self._fill_menu(feature)
-        self.setChecked(feature.value not in (AUTO_OFF, False, None))
-        self.setText(self.tr("Once") if feature.value == AUTO_ONCE else self.tr("Auto"))
-        for action in self._group.actions():
-            action.setChecked(action.data() == feature.value)
-        self.setEnabled(feature.access.writable)
-        self.setAccessibleName(feature.title)
-        state = f"{feature.title}: {feature.value}"
-        problem = self.tr("{0}\nIt {1}.").format(state, access_text(feature))
-        set_tooltip(self, state if feature.access.writable else problem)
-
-    def _fill_menu(self, feature: Feature) -> None:
-        self._menu.clear()
-        for action in self._group.actions():
-            action.deleteLater()
-            self._group.removeAction(action)
-        for entry in feature.entries:
-            action = QAction(entry.title, self._group)
-            action.setData(entry.name)
-            action.setCheckable(True)
-            set_available(action, None if entry.available else Lack.OFFER)
-        self._menu.addActions(self._group.actions())
-        self.setMenu(self._menu if feature.entries else None)
-        self.setPopupMode(
-            QToolButton.ToolButtonPopupMode.MenuButtonPopup
-            if feature.entries
-            else QToolButton.ToolButtonPopupMode.DelayedPopup
-        )
-
-    def _forget_mouse(self) -> None:
-        """End the hover state: Qt sends no leave event while the menu is open."""
-        if not self.rect().contains(self.mapFromGlobal(QCursor.pos())):
-            self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
-            self.update()
-
-    def _on_clicked(self, checked: bool) -> None:
-        feature = self._feature
-        if feature is None:
-            return
-        # The camera's answer sets the state, not the click.
-        self.setChecked(not checked)
-        if feature.kind is FeatureKind.BOOLEAN:
-            self.modeChosen.emit(checked)
-        elif checked:
-            names = [entry.name for entry in feature.entries if entry.available]
-            modes = [
-                name for name in (AUTO_CONTINUOUS, AUTO_ONCE, *names) if name in names and name != AUTO_OFF
-            ]
-            if modes:
-                self.modeChosen.emit(modes[0])
-        else:
-            self.modeChosen.emit(AUTO_OFF)

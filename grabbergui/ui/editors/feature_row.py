@@ -14,9 +14,9 @@ from grabbergui.core.features import AccessMode, Feature, FeatureDescription, Fe
 from grabbergui.core.sfnc import as_editable
 from grabbergui.models.features.feature_text import breakable, tooltip
 from grabbergui.models.features.slider_scale import SliderScale
+from grabbergui.ui.editors.auto_button import AutoButton
+from grabbergui.ui.editors.choice_editor import ChoiceEditor
 from grabbergui.ui.editors.feature_editor import (
-    AutoButton,
-    ChoiceEditor,
     CodedNumberEditor,
     CommandEditor,
     FeatureEditor,

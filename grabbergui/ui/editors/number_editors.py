@@ -23,8 +23,8 @@ from grabbergui.models.features.number_text import DIGITS, quantity_text, shown_
 from grabbergui.models.features.slider_scale import SliderScale, nearest_allowed
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.value_slider import EditedFeature, ValueSlider
-from grabbergui.ui.widgets.labels import show_hint
-from grabbergui.ui.windows import ShortcutGuard, WheelGuard
+from grabbergui.ui.keys import ShortcutGuard, WheelGuard
+from grabbergui.ui.widgets.hints import show_hint
 
 LEAST_DIGITS = 4
 """Significant digits of a fraction that are shown in any width."""
@@ -89,7 +89,6 @@ class NumberField(QAbstractSpinBox):
         self._following.stop()
         self._show()
 
-    # -- Qt's part of a spin box -----------------------------------------------------------------
     def stepBy(self, steps: int) -> None:
         """Change the value by some steps immediately. With Ctrl, Qt passes ten times as many."""
         self._take_typed()
@@ -156,7 +155,6 @@ class NumberField(QAbstractSpinBox):
         """Select the number without its unit."""
         self._line.setSelection(0, len(self.text().split(" ")[0]))
 
-    # -- inside ----------------------------------------------------------------------------------
     def _show(self) -> None:
         if self._typing:
             return

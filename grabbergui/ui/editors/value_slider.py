@@ -21,8 +21,8 @@ from grabbergui.core.features import Feature
 from grabbergui.models.features.number_steps import Pace, stepped
 from grabbergui.models.features.number_text import quantity_text
 from grabbergui.models.features.slider_scale import SliderScale
+from grabbergui.ui.keys import WheelGuard
 from grabbergui.ui.shown_text import set_tooltip
-from grabbergui.ui.windows import WheelGuard
 
 SCROLL_MS = 40
 "Between two steps of the range under a handle that is held beyond the end of the track."
@@ -109,7 +109,6 @@ class ValueSlider(QSlider):
         if not self.isSliderDown():
             self._show_part(keep=False)
 
-    # -- mouse -----------------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Bring the handle under the mouse, then drag it."""
         if event is None or event.button() != Qt.MouseButton.LeftButton:
@@ -182,7 +181,6 @@ class ValueSlider(QSlider):
             painter.drawPolyline(_arrow(self.width() - 1.0, middle, -3.0))
         painter.end()
 
-    # -- the part on show ------------------------------------------------------------------------
     def _show_part(self, keep: bool) -> None:
         """Show the number; with `keep`, in the same part of the range as long as that contains it."""
         number, part = self._edited.number, self._scale
@@ -222,7 +220,6 @@ class ValueSlider(QSlider):
         self._scrolling.stop()
         self._show_part(keep=True)
 
-    # -- editing ---------------------------------------------------------------------------------
     def _step(self, steps: int, pace: Pace) -> None:
         feature = self._edited.feature
         if steps and feature is not None and self.isEnabled():

@@ -28,10 +28,11 @@ from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
-from grabbergui.ui.application import LAYOUT_VERSION, Preferences
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
-from grabbergui.ui.controllers.changes import CameraWork, ChangesController
+from grabbergui.ui.controllers.camera_work import CameraWork
+from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
+from grabbergui.ui.controllers.gallery import GalleryController
 from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.image import (
     AcquisitionController,
@@ -44,13 +45,16 @@ from grabbergui.ui.controllers.measuring import MeasuringController, ValuesContr
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
 from grabbergui.ui.controllers.report import ReportController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
-from grabbergui.ui.controllers.sources import GalleryController, SourcesController, StatusController
+from grabbergui.ui.controllers.sources import SourcesController
+from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
+from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
+from grabbergui.ui.screen import has_screen
 from grabbergui.ui.shown_text import about_box
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.windows import FileDialogs, has_screen
 
 log = logging.getLogger(__name__)
 

@@ -186,7 +186,6 @@ class ScriptApi:
         """End the script and the window here, with this exit code."""
         raise _Ended(code)
 
-    # -- inside ----------------------------------------------------------------------------------
     def _source(self) -> OpenSource:
         source = self.program.connection.source
         if source is None:

@@ -18,7 +18,9 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_line
 from grabbergui.models.messages import MessageModel
-from grabbergui.ui.application import Preferences, application, closed_by, speak
+from grabbergui.ui.application import application, closed_by
+from grabbergui.ui.interface_language import speak
+from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.run.scripting import load_script, run_script
 from grabbergui.ui.theme import Theme, dress

@@ -23,7 +23,8 @@ from grabbergui.models.image.quantities import ColourScale, PolarisedView
 from grabbergui.models.markup import Markup
 from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone
-from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas, Purpose
+from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
+from grabbergui.ui.widgets.image_canvas import ImageCanvas
 
 if TYPE_CHECKING:
     from grabbergui.models.hand_eye import Happened, Setup, Solution, TargetPreview

@@ -32,12 +32,14 @@ from grabbergui.models.language import localized
 from grabbergui.models.markup import markup, table
 from grabbergui.models.open_source import Lack
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.shown_text import set_rich, set_tooltip
 from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.labels import set_verdict, steps_markup
 from grabbergui.ui.widgets.messages import MessageStack
-from grabbergui.ui.windows import fit_screen, load_form, set_available
 
 NAME_WIDTH = 360
 "Pixels of a camera's name in the title; the tooltip has the whole name."
@@ -162,7 +164,6 @@ class CalibrationDialog(CalibratingDialog):
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
         self.setStep(Step.BOARD)
 
-    # -- setters ---------------------------------------------------------------------------------
     @property
     def step(self) -> Step:
         """The page that is shown."""
@@ -276,7 +277,6 @@ class CalibrationDialog(CalibratingDialog):
         if event is None or event.key() != Qt.Key.Key_Escape or not self.progress.value():
             super().keyPressEvent(event)
 
-    # -- inside ----------------------------------------------------------------------------------
     @property
     def board(self) -> BoardSettings:
         """The settings of the first page."""

@@ -15,8 +15,9 @@ from grabbergui.models.change_journal import MOST_CHANGES
 from grabbergui.models.features.number_text import number_text
 from grabbergui.models.language import localized
 from grabbergui.models.open_source import Lack
-from grabbergui.ui.widgets.labels import size_columns
-from grabbergui.ui.windows import load_form, set_available
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.widgets.columns import size_columns
 
 _LONGEST = ("00:00:00", "AcquisitionFrameRate", "1000000.5", "1000000.5", "operator")
 """Texts as wide as the columns are at first; the last column takes the rest."""
@@ -93,7 +94,6 @@ class ChangeTable(QAbstractTableModel):
         before, after = (value if isinstance(value, str) else format_value(value) for value in values)
         return moment, str(change.key), before, after, self._who[change.origin], change.cause
 
-    # -- Qt's part of a table --------------------------------------------------------------------
     def rowCount(self, parent: QModelIndex = _ROOT) -> int:
         """Return the number of changes."""
         return 0 if parent.isValid() else len(self._changes)

@@ -19,7 +19,7 @@ from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QGridLayout, QLabel, QScrollArea, Q
 
 from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.form_loader import load_form
 
 LINE_HEIGHT = 72
 "Height of a line of controls in pixels, with its margins."
@@ -112,7 +112,6 @@ class FavouritesStrip(QWidget):
         if self._fitting(self.width()) != self._columns:
             self._arrange()
 
-    # -- dropping --------------------------------------------------------------------------------
     def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
         """Accept features only."""
         if event is not None and dragged_feature(event):
@@ -165,7 +164,6 @@ class FavouritesStrip(QWidget):
         self._place = place
         self.update()
 
-    # -- cards -----------------------------------------------------------------------------------
     def _margins(self) -> QMargins:
         layout = self.layout()
         return layout.contentsMargins() if layout is not None else self.contentsMargins()

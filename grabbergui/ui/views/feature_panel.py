@@ -12,10 +12,11 @@ from grabbergui.core.features import Category, Feature, FeatureDescription, Visi
 from grabbergui.models.features.filtering import visible_names
 from grabbergui.models.language import counted
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
+from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.gui_thread import Pacer
 from grabbergui.ui.shown_text import set_tooltip
-from grabbergui.ui.windows import load_form, set_available
 
 MakeRow = Callable[[FeatureDescription, QWidget, bool], FeatureRow]
 """Makes a row from a description, its parent, and whether it stands below its selector."""

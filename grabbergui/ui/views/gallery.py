@@ -18,10 +18,10 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
+from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.widgets.image_items import DIMMED, as_qimage
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
-from grabbergui.ui.windows import load_form
 
 TILE_WIDTH, TILE_HEIGHT = 204, 156
 "Of a tile, pixels."

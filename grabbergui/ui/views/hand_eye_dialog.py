@@ -32,12 +32,13 @@ from grabbergui.models.open_source import Lack
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye_run import Step
 from grabbergui.servo.overlay import BAD, GOOD
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.keys import StopKeys, WheelGuard
 from grabbergui.ui.shown_text import set_cell_tooltip, set_rich
 from grabbergui.ui.theme import dot
 from grabbergui.ui.views import calibration_dialogs
 from grabbergui.ui.views.bases import HandEyePage
 from grabbergui.ui.widgets.labels import set_verdict, steps_markup
-from grabbergui.ui.windows import StopKeys, WheelGuard, set_available
 
 DICTIONARIES = (*calibration_dialogs.DICTIONARIES, "tag36h11", "tag25h9", "tag16h5")
 KINDS = ("single", "grid", "charuco")
@@ -134,7 +135,6 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         self._running = False
         self.setPage(HandEyePage.SETUP)
 
-    # -- setters ---------------------------------------------------------------------------------
     @property
     def page(self) -> HandEyePage:
         """The page that is shown."""
@@ -309,7 +309,6 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         """The frames' names: mount, camera."""
         return self.mountEdit.text().strip(), self.frameEdit.text().strip()
 
-    # -- inside ----------------------------------------------------------------------------------
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
         rests = None if enough else Lack.VIEWS

@@ -34,8 +34,10 @@ from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LOG_LINES, LogLine
 from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.shown_text import PlainLabel, add_paragraph, set_rich
-from grabbergui.ui.windows import fit_screen, load_form, set_available
 
 FIRST_PAGE = "window.md"
 SIZE = QSize(820, 640)

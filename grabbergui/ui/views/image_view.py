@@ -13,16 +13,18 @@ from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.points import BACKGROUND
 from grabbergui.models.image.quantities import ColourScale
+from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
-from grabbergui.ui.widgets.image_canvas import DrawingTool, ImageCanvas, Purpose
+from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
+from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.image_items import as_qimage
-from grabbergui.ui.widgets.labels import ShrinkingLabel, TaskStack
-from grabbergui.ui.widgets.messages import ImageNote
+from grabbergui.ui.widgets.image_note import ImageNote
+from grabbergui.ui.widgets.labels import ShrinkingLabel
 from grabbergui.ui.widgets.pane_area import PaneArea
-from grabbergui.ui.widgets.plots import SCALE_MARGIN, ScaleBar, place_scale
-from grabbergui.ui.windows import load_form
+from grabbergui.ui.widgets.scale_bar import SCALE_MARGIN, ScaleBar, place_scale
+from grabbergui.ui.widgets.task_stack import TaskStack
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16

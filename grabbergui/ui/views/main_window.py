@@ -23,8 +23,13 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.image.quantities import COLOUR_MAPS, PolarisedView
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.keys import MenuKeys
+from grabbergui.ui.screen import screen_room
 from grabbergui.ui.shown_text import set_tooltip
+from grabbergui.ui.tab_order import give_focus
 from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
@@ -36,8 +41,7 @@ from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, Pro
 from grabbergui.ui.views.panel_layout import PanelLayout
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
-from grabbergui.ui.widgets.messages import StatusStrip
-from grabbergui.ui.windows import MenuKeys, give_focus, load_form, screen_room, set_available
+from grabbergui.ui.widgets.status_strip import StatusStrip
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."

@@ -27,10 +27,12 @@ from grabbergui.models.features.value_history import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
 from grabbergui.models.open_source import Lack
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
+from grabbergui.ui.widgets.curve_row import CurveRow
 from grabbergui.ui.widgets.labels import ElidedLabel
-from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow, PlotPlace
-from grabbergui.ui.windows import load_form, set_available
+from grabbergui.ui.widgets.plots import ChannelPlot, PlotPlace
 
 HEADROOM = 1.1
 "Height of the plot, as a multiple of the highest count between its ends."

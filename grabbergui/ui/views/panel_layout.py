@@ -10,10 +10,10 @@ from PyQt5.QtCore import QByteArray, QEvent, QObject, QSize, Qt, QTimer
 from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QDockWidget, QMainWindow, QStyle, QTabBar, QToolBar, QWidget
 
+from grabbergui.ui.screen import has_screen, screen_room
 from grabbergui.ui.views.favourites import FavouritesArea
 from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.image_view import ImageView
-from grabbergui.ui.windows import has_screen, screen_room
 
 LEAST_IMAGE = 240
 "Pixels of the image's height below which the tiles take less of it."
@@ -171,7 +171,6 @@ class PanelLayout(QObject):
         gallery.setCompact(compact)
         controls.setRoom(room - (least_tiles if compact else most_tiles) - LOW_IMAGE)
 
-    # -- a small screen --------------------------------------------------------------------------
     def fit_screen(self) -> None:
         """Gather all panels at the right side if the screen has no room for them, and spread them again.
 
@@ -275,7 +274,6 @@ class PanelLayout(QObject):
         self._unsettle()
         QTimer.singleShot(0, self._widen_sides)  # they were narrow when they were gathered
 
-    # -- the focus aid beside the histogram ------------------------------------------------------
     def place_focus(self, *, beside: bool) -> None:
         """Put the focus aid beside the histogram where there is room for both, else behind it."""
         if self._places is not None:

@@ -21,10 +21,10 @@ from grabbergui.models.language import counted, localized
 from grabbergui.models.playback import PlaybackState
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
+from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import ElidedLabel
-from grabbergui.ui.windows import load_form
 
 _OFFERED = (
     RecordingKind.MCAP,

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from PyQt5.QtCore import QSize, pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QPlainTextEdit, QVBoxLayout, QWidget
 
+from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
-from grabbergui.ui.windows import fit_screen
 
 SIZE = QSize(640, 420)
 

@@ -29,6 +29,9 @@ from grabbergui.models.open_source import Lack
 from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import AXIS_COLOURS, Drawing, colour_of
 from grabbergui.servo.state_machine import State
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.keys import StopKeys, WheelGuard
 from grabbergui.ui.shown_text import set_cell_tooltip, set_plot_title
 from grabbergui.ui.theme import dot
 from grabbergui.ui.widgets.detections import DrawingItem
@@ -36,7 +39,6 @@ from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.messages import MessageStack
 from grabbergui.ui.widgets.plots import ValueAxis
 from grabbergui.ui.widgets.robot_view import RobotView
-from grabbergui.ui.windows import StopKeys, WheelGuard, load_form, set_available
 
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
 "The states of a run without incidents, in order."
@@ -260,7 +262,6 @@ class ServoWindow(QWidget):
         # These keys stop whatever has the focus, a button or a number being typed.
         StopKeys(self, STOP_KEYS).pressed.connect(self.stopPressed)
 
-    # -- setters ---------------------------------------------------------------------------------
     def setImage(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:
         """Show an image of that size, and the drawing over it."""
         self.canvas.setImage(image, width, height)
@@ -309,7 +310,6 @@ class ServoWindow(QWidget):
             with QSignalBlocker(box):
                 box.setValue(value)
 
-    # -- inside ----------------------------------------------------------------------------------
     def _on_box_value_changed(self) -> None:
         self.tuningChanged.emit(Tuning(*(box.value() for box in self._boxes)))
 

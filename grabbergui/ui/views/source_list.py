@@ -33,10 +33,11 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.open_source import Lack
 from grabbergui.models.sources import ListedSource, takes_description
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
 from grabbergui.ui.widgets.labels import name_lines
-from grabbergui.ui.windows import load_form, set_available
 
 SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
 CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2

@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QSizePolicy, QStyleOptionGraphicsItem, QWidget
 
 from grabbergui.calibration.collector import GRID, Counts, Coverage
 from grabbergui.servo.overlay import Drawing
-from grabbergui.ui.widgets.image_items import ImageOverlay
+from grabbergui.ui.widgets.image_overlays import ImageOverlay
 
 _HALO = QColor(0, 0, 0, 130)
 

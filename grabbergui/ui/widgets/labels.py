@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtCore import QEvent, QPoint, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QEvent, QSize, Qt
 from PyQt5.QtGui import (
     QFont,
     QFontMetrics,
@@ -17,24 +17,16 @@ from PyQt5.QtGui import (
 )
 from PyQt5.QtWidgets import (
     QComboBox,
-    QFrame,
     QLabel,
-    QProgressBar,
-    QPushButton,
     QStyle,
     QStyleOption,
     QStyleOptionComboBox,
     QStylePainter,
-    QTableView,
-    QTreeView,
-    QVBoxLayout,
     QWidget,
 )
 
 from grabbergui.models.markup import Markup, joined, markup
-from grabbergui.models.open_source import Lack
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip, show_tooltip
-from grabbergui.ui.windows import load_form, set_available
 
 TEXT_MARGIN = 1
 "Pixels that styles leave before a combo box's text."
@@ -189,126 +181,3 @@ class ElidedComboBox(QComboBox):
             show_tooltip(event.globalPos(), self.currentText(), self)
             return True
         return super().event(event)
-
-
-# -- columns -------------------------------------------------------------------------------------
-CELL_MARGINS = 16
-"Pixels beside the text of a cell."
-
-
-def size_columns(table: QTableView | QTreeView, longest: Sequence[str]) -> None:
-    """Make the first columns as wide as these texts are in the table's font."""
-    table.ensurePolished()  # the style sheet may set another font
-    for column, text in enumerate(longest):
-        table.setColumnWidth(column, table.fontMetrics().horizontalAdvance(text) + CELL_MARGINS)
-
-
-# -- hints ---------------------------------------------------------------------------------------
-HINT_MS = 5000
-"Milliseconds for which a hint is shown."
-_HINT = "hint"
-
-
-def show_hint(control: QWidget, text: str) -> None:
-    """Show below a control, for a few seconds, what became of the text typed into it; replaces another hint.
-
-    Not a tooltip: Qt hides those when the focus moves, which is what ends most typing.
-    """
-    window = control.window() or control
-    for old in window.findChildren(QLabel, _HINT):
-        old.hide()
-        old.deleteLater()
-    hint = PlainLabel(text, window)
-    hint.setObjectName(_HINT)
-    hint.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-    hint.ensurePolished()
-    hint.adjustSize()
-    place = control.mapTo(window, QPoint(0, control.height()))
-    if place.y() + hint.height() > window.height():
-        place.setY(place.y() - control.height() - hint.height())
-    hint.move(max(0, min(place.x(), window.width() - hint.width())), max(0, place.y()))
-    hint.show()
-    hint.raise_()
-    timer = QTimer(hint)
-    timer.setSingleShot(True)
-    timer.timeout.connect(hint.deleteLater)
-    timer.start(HINT_MS)
-
-
-# -- tasks ---------------------------------------------------------------------------------------
-class TaskRow(QFrame):
-    """A task: its title, progress and *Cancel*."""
-
-    cancelRequested = pyqtSignal()
-
-    titleLabel: QLabel
-    textLabel: QLabel
-    bar: QProgressBar
-    cancelButton: QPushButton
-
-    def __init__(self, title: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        load_form("task_row", self)
-        self.titleLabel.setText(title)
-        self.setAccessibleName(title)
-        self.bar.setRange(0, 0)  # busy, until the progress is known
-        self.cancelButton.clicked.connect(self._on_cancel_clicked)
-
-    def setShare(self, share: float) -> None:
-        """Show the progress, 0 … 1."""
-        self.bar.setRange(0, 1000)
-        self.bar.setValue(round(1000 * min(max(share, 0.0), 1.0)))
-
-    def setText(self, text: str) -> None:
-        """Show the progress as text."""
-        self.textLabel.setText(text)
-
-    def _on_cancel_clicked(self) -> None:
-        set_available(self.cancelButton, Lack.PATIENCE)
-        self.cancelRequested.emit()
-
-
-class TaskStack(QWidget):
-    """All tasks in progress, the newest at the bottom."""
-
-    changed = pyqtSignal()
-    """The number of rows or their height changed."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._rows: list[TaskRow] = []
-        self._layout = QVBoxLayout(self)
-        self._layout.setContentsMargins(0, 0, 0, 0)
-        self._layout.setSpacing(1)
-        self.hide()
-
-    def event(self, event: QEvent | None) -> bool:
-        """Emit `changed` for another height of the rows, which the style sheet sets when they are shown."""
-        done = super().event(event)
-        if event is not None and event.type() == QEvent.Type.LayoutRequest:
-            self.changed.emit()
-        return done
-
-    @property
-    def rows(self) -> tuple[TaskRow, ...]:
-        """The rows shown, from the top."""
-        return tuple(self._rows)
-
-    def begin(self, title: str) -> TaskRow:
-        """Add and return a row; remove it with `end`."""
-        row = TaskRow(title, self)
-        self._rows.append(row)
-        self._layout.addWidget(row)
-        self.show()
-        self.changed.emit()
-        return row
-
-    def end(self, row: TaskRow) -> None:
-        """Remove a row; does nothing if it is gone already."""
-        if row in self._rows:
-            self._rows.remove(row)
-            self._layout.removeWidget(row)
-            row.hide()
-            row.deleteLater()
-        self.setVisible(bool(self._rows))
-        self.changed.emit()

@@ -121,7 +121,6 @@ class RobotView(QWidget):
                 self._trail.append(hand)
         self.update()
 
-    # -- Qt's own --------------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Remember where the drag begins."""
         if event is not None and event.button() == Qt.MouseButton.LeftButton:
@@ -170,7 +169,6 @@ class RobotView(QWidget):
             self._ends(painter, posture)
         painter.end()
 
-    # -- parts -----------------------------------------------------------------------------------
     def _floor(self, painter: QPainter) -> None:
         tiles = np.arange(-2, 7) * _TILE_M
         low, high = tiles[0], tiles[-1]
@@ -265,7 +263,6 @@ class RobotView(QWidget):
     def _faint(self) -> QColor:
         return self.palette().color(QPalette.ColorRole.Mid)
 
-    # -- lines -----------------------------------------------------------------------------------
     def _line(
         self,
         painter: QPainter,

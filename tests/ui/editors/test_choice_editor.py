@@ -8,7 +8,7 @@ from PyQt5.QtGui import QCursor
 from sample_features import AUTO, MODE, A, K, feature
 
 from grabbergui.core.features import EnumEntry
-from grabbergui.ui.editors.feature_editor import AutoButton
+from grabbergui.ui.editors.auto_button import AutoButton
 
 FORMATS = [f"{colour}{bits}" for colour in ("Mono", "BayerRG", "RGB") for bits in (8, 10, 12, "12p", 16)]
 FORMAT = feature(K.ENUMERATION, "Mono8", entries=tuple(EnumEntry(name) for name in FORMATS))

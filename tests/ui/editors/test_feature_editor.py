@@ -23,8 +23,8 @@ from sample_features import (
     feature,
 )
 
+from grabbergui.ui.editors.choice_editor import ChoiceEditor
 from grabbergui.ui.editors.feature_editor import (
-    ChoiceEditor,
     CodedNumberEditor,
     CommandEditor,
     ReadingLabel,

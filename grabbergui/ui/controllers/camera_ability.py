@@ -1,0 +1,73 @@
+"""Actions that only some cameras support."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtWidgets import QAction
+
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.ui.actions import set_available
+from grabbergui.ui.gui_thread import Bridge
+
+
+class CameraAbility(QObject):
+    """Enables actions while the current camera supports them and may be changed."""
+
+    changed = pyqtSignal()
+    """`lack` may have changed."""
+    ended = pyqtSignal()
+    """The camera is gone, or another is being opened."""
+
+    def __init__(
+        self,
+        owner: QObject,
+        connection: Connection,
+        ask: Callable[[FrameGrabber], bool],
+        lack: Lack,
+        *actions: QAction,
+    ) -> None:
+        """`ask` is called on the thread of the camera; `lack` is the reason if it returns False."""
+        super().__init__(owner)
+        self._connection = connection
+        self._ask = ask
+        self._lack = lack
+        self._actions = actions
+        self._present = False
+        self._bridge = bridge = Bridge(self)
+        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        self._enable()
+
+    def lack(self, *, stream: bool = False) -> Lack | None:
+        """Return why the actions are not available: the source, control of it, its stream, or the ability."""
+        missing = lack_of(self._connection.source, stream=stream, control=True)
+        return missing if missing is not None or self._present else self._lack
+
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        grabber = source.grabber
+        if grabber is None or source.read_only:
+            return
+
+        def on_answer(present: bool) -> None:
+            self._bridge.call(lambda: self._allow(source, present))
+
+        source.worker.submit(lambda: self._ask(grabber), done=on_answer)
+
+    def _allow(self, source: OpenSource, present: bool) -> None:
+        self._present = present and source is self._connection.source
+        self._enable()
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        if state in (LinkState.CLOSED, LinkState.OPENING):
+            self._present = False
+            self.ended.emit()
+        self._enable()
+
+    def _enable(self) -> None:
+        for action in self._actions:
+            set_available(action, self.lack())
+        self.changed.emit()

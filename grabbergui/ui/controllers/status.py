@@ -1,0 +1,197 @@
+"""How the current source is doing: the status strip."""
+
+from __future__ import annotations
+
+import time
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from grabbergui.models.connection import Connection
+from grabbergui.models.diagnosis import Diagnosis, Observation, Stage, diagnose
+from grabbergui.models.image.live_image import ImageModel
+from grabbergui.models.messages import Cause, Message, MessageModel, Offer, Severity
+from grabbergui.models.open_source import OpenSource
+from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
+from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.views.bases import LiveImageView, StatusView
+
+STATUS_PERIOD_MS = 200
+"Milliseconds between two readings of the models."
+_RUNNING = (Condition.STARTING, Condition.LIVE, Condition.PLAYING, Condition.STALLED)
+"Conditions in which images are expected."
+
+
+class StatusController(QObject):
+    """Reads the models several times a second, and updates the views."""
+
+    titleChanged = pyqtSignal(str)
+    """The window's title, without the program's name."""
+    lockChanged = pyqtSignal(str)
+    """Why no feature can be written now; empty if they can."""
+
+    def __init__(
+        self,
+        strip: StatusView,
+        view: LiveImageView,
+        connection: Connection,
+        image: ImageModel,
+        status: StatusModel,
+        messages: MessageModel,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._strip = strip
+        self._view = view
+        self._connection = connection
+        self._image = image
+        self._status = status
+        self._messages = messages
+        self._shown: OpenSource | None = None
+        self._shown_for = 0.0
+        self._looked = time.monotonic()
+        self._title = self._lock = ""
+        bridge = Bridge(self)
+        bridge.bind(messages.changed, self._show_messages)
+        bridge.bind(connection.state_changed, lambda *_: self.refresh())
+        bridge.bind(connection.sources_changed, lambda _: self.refresh())
+        self._timer = QTimer(self)
+        self._timer.setInterval(STATUS_PERIOD_MS)
+        self._timer.timeout.connect(self.refresh)
+        self._timer.start()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read everything now."""
+        source = self._connection.source
+        now = time.monotonic()
+        step, self._looked = min(now - self._looked, MOST_STEP), now
+        if source is not self._shown:
+            self._shown, self._shown_for = source, 0.0
+            self._strip.clearFigures()
+        self._shown_for += step
+        self._status.refresh()
+        status = self._status.of(source)
+        self._strip.setState(status.text, status.tone)
+        self._strip.setTitle(*(source.names if source is not None else ("",)))
+        self._show_title(source, status)
+        self._show_lock(status)
+        if source is not None:
+            self._show_figures(status)
+            self._note_trigger(source, status)
+        self._explain(source, status)
+        self._show_age(status)
+        self._messages.expire()
+        self._show_messages()
+
+    def _show_messages(self) -> None:
+        self._strip.setMessages(self._messages.shown(self._connection.source))
+
+    def _show_title(self, source: OpenSource | None, status: SourceStatus) -> None:
+        title = status.title(source.title) if source is not None else ""
+        if title != self._title:
+            self._title = title
+            self.titleChanged.emit(title)
+
+    def _show_lock(self, status: SourceStatus) -> None:
+        lock = ""
+        if status.condition is Condition.LOST:
+            lock = self.tr("The camera does not answer; its last known settings are shown until it is back.")
+        if lock != self._lock:
+            self._lock = lock
+            self.lockChanged.emit(lock)
+
+    def _show_figures(self, status: SourceStatus) -> None:
+        statistics, frame = status.statistics, self._image.frame
+        if statistics is None:
+            return
+        known = f"{frame.width} × {frame.height}  {frame.pixel_format}" if frame is not None else ""
+        self._strip.setFormat(known)
+        running = status.condition in (*_RUNNING, Condition.PAUSED, Condition.WAITING)
+        # The state of the last second would look current.
+        self._strip.setRates(*((statistics.frame_rate, self._image.painted_rate) if running else (0, 0)))
+        self._strip.setBandwidth(statistics.bandwidth if running else 0)
+        self._strip.setLosses(status.health.text, status.loss_tone, status.health.detail)
+
+    def _show_age(self, status: SourceStatus) -> None:
+        """Note on the last image of a source that is lost."""
+        last = self._image.last_received
+        lost = status.condition is Condition.LOST and last is not None
+        self._view.setAge(time.monotonic() - last if lost and last is not None else None)
+
+    def _explain(self, source: OpenSource | None, status: SourceStatus) -> None:
+        """Explain a missing image: in the middle of an empty view, else in a message."""
+        note = self._note(source, status)
+        if self._view.empty:
+            self._view.setNote(*note)
+        else:
+            self._view.setNote("")
+        summary, advice, stage = note
+        if source is None:
+            return
+        if stage is None or self._view.empty:
+            self._messages.end(source, Cause.IMAGE)
+        else:
+            text = f"{summary} {advice}".strip()
+            self._messages.post(Message(text, Severity.WARNING, source, Cause.IMAGE))
+
+    def _note(self, source: OpenSource | None, status: SourceStatus) -> tuple[str, str, Stage | None]:
+        """Return the note on a missing image: its reason, the remedy, and the stage at which it is lost."""
+        condition = status.condition
+        if source is None:
+            return (
+                self.tr("Nothing is connected."),
+                self.tr("Choose one of the sources (F8), or type its address; sim: is the simulated camera."),
+                None,
+            )
+        if condition is Condition.CONNECTING:
+            return self.tr("Connecting to {0} …").format(source.uri), "", None
+        if condition is Condition.WAITING:
+            return self.tr("Waiting for a trigger"), "", None
+        if condition is Condition.READ_ONLY and source.no_frames:
+            summary = self.tr("The image goes to the program that has control.")
+            return summary, source.no_frames, Stage.PACKETS
+        found = self._diagnosis(source, status) if condition in _RUNNING else None
+        return (found.summary, found.advice, found.stage) if found is not None else ("", "", None)
+
+    def _diagnosis(self, source: OpenSource, status: SourceStatus) -> Diagnosis | None:
+        if source.grabber is None or status.statistics is None:
+            return None
+        return diagnose(
+            Observation(
+                source=source.title,
+                address=source.grabber.info.address,
+                bus=source.grabber.info.bus,
+                seconds=self._shown_for,
+                silent=status.seconds,
+                statistics=status.statistics,
+                received=self._image.received,
+                problem=self._image.problem,
+                painted=0 if self._view.empty else 1,
+                mean=self._image.mean,
+                facts=status.facts,
+                silence=source.grabber.silence(),
+            )
+        )
+
+    def _note_trigger(self, source: OpenSource, status: SourceStatus) -> None:
+        """Offer the trigger from the first wait until it is switched off: each frame may need it."""
+        trigger = status.facts.trigger_source
+        if trigger is None or not source.state.connected:
+            self._messages.end(source, Cause.TRIGGER)
+        elif status.condition is Condition.WAITING:
+            offers = [Offer(self.tr("Trigger off"), lambda: self._trigger_off(source))]
+            if status.facts.software_trigger:
+                offers.insert(0, Offer(self.tr("Send trigger"), lambda: self._send_trigger(source)))
+            text = self.tr("frames arrive when triggered by {0}").format(trigger)
+            message = Message(text, Severity.NOTICE, source, Cause.TRIGGER, tuple(offers))
+            self._messages.post(message)
+
+    @staticmethod
+    def _send_trigger(source: OpenSource) -> None:
+        if source.features is not None:
+            source.features.execute("TriggerSoftware")
+
+    @staticmethod
+    def _trigger_off(source: OpenSource) -> None:
+        if source.features is not None:
+            source.features.write("TriggerMode", "Off")

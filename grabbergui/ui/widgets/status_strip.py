@@ -1,0 +1,118 @@
+"""The status strip: the message of the moment, and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PyQt5.QtCore import QSize
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import (
+    QLabel,
+    QWidget,
+)
+
+from grabbergui.models.language import localized
+from grabbergui.models.messages import Message
+from grabbergui.models.status import Tone
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.shown_text import set_tooltip
+from grabbergui.ui.widgets.labels import ElidedLabel, restyle
+from grabbergui.ui.widgets.message_line import MessageLine
+
+LEAST_TITLE = 60
+"Pixels kept for the title before figures are hidden for it."
+TEXT_ROOM = 20
+"Pixels above and below the text, for the buttons of messages."
+MOST_MESSAGE = 640
+"Most pixels of a message for which figures are hidden; its button shows a longer one in full."
+
+
+class StatusStrip(QWidget):
+    """Figures keep their places while they change; the least important are hidden for lack of room."""
+
+    stateLabel: QLabel
+    titleLabel: ElidedLabel
+    messages: MessageLine
+    formatLabel: QLabel
+    rateLabel: QLabel
+    bandwidthLabel: QLabel
+    lossLabel: QLabel
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("status_strip", self)
+        self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
+        "The most important first."
+        # The same with and without a message, so that nothing moves when one comes.
+        self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
+        self.setMessages(())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return room for the state alone."""
+        return QSize(self.stateLabel.sizeHint().width(), self.height())
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many figures as there is room for."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def setState(self, text: str, tone: Tone) -> None:
+        """Show the source's state."""
+        self.stateLabel.setText(f"● {text}")
+        restyle(self.stateLabel, "tone", tone.value)
+
+    def setTitle(self, title: str, *shorter: str) -> None:
+        """Show the name of the open source, or a shorter one for little room; messages replace it."""
+        self.titleLabel.setTexts(title, *shorter)
+
+    def setMessages(self, messages: Sequence[Message]) -> None:
+        """Show the first of these messages in place of the title."""
+        self.messages.setMessages(messages)
+        self.messages.setVisible(bool(messages))
+        self.titleLabel.setVisible(not messages)
+        self._fit()
+
+    def setFormat(self, text: str) -> None:
+        """Show resolution and pixel format."""
+        self._show(self.formatLabel, text)
+
+    def setRates(self, camera: float, painted: float) -> None:
+        """Show frames per second from the camera, and images painted per second."""
+        self._show(
+            self.rateLabel,
+            localized(self.tr("{0:.1f} fps · {1:.0f} shown").format(camera, painted)),
+        )
+
+    def setBandwidth(self, bytes_per_second: float) -> None:
+        """Show the payload per second."""
+        self._show(self.bandwidthLabel, localized(f"{bytes_per_second / 1e6:.1f} MB/s"))
+
+    def setLosses(self, text: str, tone: Tone, detail: str) -> None:
+        """Show the losses, their severity, and every counter in the tooltip."""
+        self._show(self.lossLabel, text)
+        set_tooltip(self.lossLabel, detail)
+        restyle(self.lossLabel, "tone", tone.value)
+
+    def clearFigures(self) -> None:
+        """Show that nothing streams."""
+        for label in self._figures:
+            label.clear()
+            label.setMinimumWidth(0)
+
+    def _show(self, label: QLabel, text: str) -> None:
+        """Keep the figure's width at its maximum, so that one more digit does not move its neighbours."""
+        if text != label.text():
+            label.setText(text)
+            label.setMinimumWidth(max(label.minimumWidth(), label.sizeHint().width()))
+            self._fit()
+
+    def _fit(self) -> None:
+        layout = self.layout()
+        gap = layout.spacing() if layout is not None else 0
+        margins = layout.contentsMargins() if layout is not None else self.contentsMargins()
+        least = min(self.messages.fullWidth, MOST_MESSAGE) if self.messages.messages else LEAST_TITLE
+        room = self.width() - margins.left() - margins.right() - least
+        room -= self.stateLabel.sizeHint().width() + gap
+        for label in self._figures:
+            room -= label.sizeHint().width() + gap
+            label.setVisible(room >= 0)
