@@ -76,8 +76,8 @@ def pytest_runtest_teardown() -> Iterator[None]:
     qt = sys.modules.get("PyQt5.QtCore")
     if qt is not None and (app := qt.QCoreApplication.instance()) is not None:
         qt.QCoreApplication.sendPostedEvents(None, qt.QEvent.DeferredDelete)
-        gui_thread = sys.modules["grabbergui.ui.gui_thread"]
-        app.findChild(gui_thread.GuiThreadCollector).collect()
+        garbage = sys.modules["grabbergui.ui.garbage"]
+        app.findChild(garbage.GuiThreadCollector).collect()
 
 
 @pytest.fixture(scope="session")

@@ -15,6 +15,7 @@ from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.ui import screen
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
@@ -22,6 +23,7 @@ from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, Shortcuts
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.lut_dialog import LutDialog
 from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.report_dialog import ReportDialog
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 
@@ -41,6 +43,12 @@ def report(window):
     dialog = SettingsReport(window)
     setting = SettingReport(SettingKey("DeviceUserID"), LONG, Outcome.WRITTEN, before="", reason=LONG)
     dialog.setReport(LONG, LoadReport((setting,), FeatureSet({}), f"{LONG} ended"))
+    return dialog
+
+
+def camera_report(window):
+    dialog = ReportDialog(window)
+    dialog.setContents([LONG] * 40)
     return dialog
 
 
@@ -65,6 +73,7 @@ MADE = {
     LutDialog: LutDialog,
     ManualDialog: lambda window: ManualDialog(MANUAL, window),
     PointCloudDialog: PointCloudDialog,
+    ReportDialog: camera_report,
     SettingsDifference: difference,
     SettingsReport: report,
     ShortcutsDialog: lambda window: ShortcutsDialog(window.menuBar(), window),
@@ -111,9 +120,9 @@ def out_of_sight(dialog):
 
 @pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
 def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, qapp, monkeypatch, kind):
-    screen = SimpleNamespace(availableGeometry=lambda: SCREEN, availableSize=SCREEN.size)
+    small = SimpleNamespace(availableGeometry=lambda: SCREEN, availableSize=SCREEN.size)
     monkeypatch.setattr(screen, "has_screen", lambda: True)
-    monkeypatch.setattr(kind, "screen", lambda _: screen, raising=False)
+    monkeypatch.setattr(kind, "screen", lambda _: small, raising=False)
     dialog = MADE[kind](window)
     dialog.show()
     qapp.processEvents()
