@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="106"/>
         <source>there is no frame to save yet; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="178"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="172"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="51"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="362"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="51"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="368"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="57"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -137,12 +137,12 @@ It {1}.</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="195"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="196"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="200"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="201"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
@@ -165,17 +165,17 @@ It {1}.</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="117"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="116"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="123"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="122"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="147"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -188,62 +188,62 @@ It {1}.</source>
         <translation>La cámara no está calibrada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="16"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="15"/>
         <source>Positions are computed from the calibration of the lens. Without one nothing moves.</source>
         <translation>Las posiciones se calculan a partir de la calibración del objetivo. Sin ella nada se mueve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="18"/>
         <source>&amp;Calibrate it now</source>
         <translation>&amp;Calibrarla ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="19"/>
         <source>With a printed board; takes about two minutes.</source>
         <translation>Con un tablero impreso; lleva unos dos minutos.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="23"/>
         <source>&amp;Open a calibration…</source>
         <translation>&amp;Abrir una calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="24"/>
         <source>A camera_info file, of this camera with this lens and focus.</source>
         <translation>Un archivo camera_info de esta cámara, con este objetivo y este enfoque.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="30"/>
         <source>&amp;Assume a field of view</source>
         <translation>&amp;Suponer un campo de visión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="31"/>
         <source>Directions are about right, distances rough.</source>
         <translation>Las direcciones son casi exactas; las distancias, aproximadas.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="35"/>
         <source>Field of view</source>
         <translation>Campo de visión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="36"/>
         <source>Horizontal angle that the image covers</source>
         <translation>Ángulo horizontal que abarca la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="37"/>
         <source>°</source>
         <translation>°</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="50"/>
         <source>Cancel</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="340"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="344"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -251,7 +251,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="198"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="196"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -359,117 +359,117 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="175"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="134"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="133"/>
         <source>Untick a view to leave it out; choose one to see it, its errors enlarged</source>
         <translation>Desmarque una vista para excluirla; elija una para verla con sus errores ampliados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="137"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="136"/>
         <source>View</source>
         <translation>Vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="138"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="137"/>
         <source>Corners</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="142"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="141"/>
         <source>Take &amp;more views</source>
         <translation>Tomar &amp;más vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="150"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="149"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="152"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="151"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="153"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="152"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="205"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="213"/>
         <source>no images arrive from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="309"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="313"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="175"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="175"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="178"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="178"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="178"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="212"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>{0:.0%} of the image is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="255"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="260"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="267"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="272"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -505,32 +505,32 @@ It {1}.</source>
 <context>
     <name>CameraTile</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="31"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="32"/>
         <source>Close this source</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="107"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="137"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="136"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="137"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="46"/>
         <source>This source is being recorded</source>
         <translation>Esta fuente se está grabando</translation>
     </message>
@@ -538,7 +538,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="80"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -546,52 +546,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="43"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="43"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="43"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="43"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="43"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="43"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="51"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="54"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="55"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="93"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -599,17 +599,17 @@ It {1}.</source>
 <context>
     <name>Changes</name>
     <message>
-        <location filename="../../grabbergui/models/change_journal.py" line="88"/>
+        <location filename="../../grabbergui/models/undo_steps.py" line="40"/>
         <source>Undo</source>
         <translation>Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/change_journal.py" line="88"/>
+        <location filename="../../grabbergui/models/undo_steps.py" line="40"/>
         <source>Redo</source>
         <translation>Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/change_tracking.py" line="167"/>
+        <location filename="../../grabbergui/models/change_tracking.py" line="170"/>
         <source>{0} of {1}: {2}</source>
         <translation>{0} {1}: {2}</translation>
     </message>
@@ -617,27 +617,27 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="269"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="90"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="269"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="90"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="302"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="121"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="301"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="120"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="309"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="128"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -700,17 +700,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="195"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="195"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="195"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -723,17 +723,17 @@ It {1}.</source>
 <context>
     <name>CodedNumberEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="206"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="202"/>
         <source>“{0}” is not an IPv4 address</source>
         <translation>«{0}» no es una dirección IPv4</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="208"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="204"/>
         <source>“{0}” is not a MAC address</source>
         <translation>«{0}» no es una dirección MAC</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="210"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="206"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -741,7 +741,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="92"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="89"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -749,57 +749,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="47"/>
+        <location filename="../../grabbergui/models/image/components.py" line="33"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="48"/>
+        <location filename="../../grabbergui/models/image/components.py" line="34"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="49"/>
+        <location filename="../../grabbergui/models/image/components.py" line="35"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="50"/>
+        <location filename="../../grabbergui/models/image/components.py" line="36"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="51"/>
+        <location filename="../../grabbergui/models/image/components.py" line="37"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="52"/>
+        <location filename="../../grabbergui/models/image/components.py" line="38"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="53"/>
+        <location filename="../../grabbergui/models/image/components.py" line="39"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="54"/>
+        <location filename="../../grabbergui/models/image/components.py" line="40"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="55"/>
+        <location filename="../../grabbergui/models/image/components.py" line="41"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="56"/>
+        <location filename="../../grabbergui/models/image/components.py" line="42"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="39"/>
+        <location filename="../../grabbergui/models/image/components.py" line="25"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -812,42 +812,42 @@ It {1}.</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="223"/>
+        <location filename="../../grabbergui/models/connection.py" line="222"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="318"/>
+        <location filename="../../grabbergui/models/connection.py" line="316"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="237"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="62"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="248"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="73"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="265"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="90"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="268"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="93"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="273"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="98"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="267"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="92"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -883,12 +883,12 @@ It {1}.</source>
 <context>
     <name>CurveRow</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/curve_row.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/curve_row.ui" line="28"/>
         <source>Remove this curve</source>
         <translation>Quitar esta curva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="209"/>
+        <location filename="../../grabbergui/ui/widgets/curve_row.py" line="44"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -896,200 +896,205 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="236"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="234"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="236"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="243"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="245"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="243"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="245"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="265"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="278"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="280"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="287"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="326"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="336"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="329"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="343"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="331"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="345"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="333"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="347"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="336"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="350"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="340"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="354"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="342"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="356"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="280"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="287"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="265"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="265"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="280"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="287"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="293"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="174"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="178"/>
         <source>an input</source>
         <translation>una entrada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="311"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="318"/>
         <source>The recorded image is black.</source>
         <translation>La imagen grabada es negra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="312"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="319"/>
         <source>The image is black.</source>
         <translation>La imagen es negra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="314"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="321"/>
         <source>The image is black: the exposure ({0}) may be too short.</source>
         <translation>La imagen es negra: la exposición ({0}) puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="316"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="323"/>
         <source>Open the iris, or take the lens cap off.</source>
         <translation>Abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="318"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="325"/>
         <source>Raise exposure or gain, or press E.</source>
         <translation>Aumente la exposición o la ganancia, o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="319"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="326"/>
         <source>Raise the exposure, or press E.</source>
         <translation>Aumente la exposición o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="320"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="327"/>
         <source>Raise the gain, or press E.</source>
         <translation>Aumente la ganancia o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="256"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="263"/>
         <source>See whether its program sends images, and whether a camera there waits for a trigger.</source>
         <translation>Compruebe si su programa envía imágenes y si una cámara de allí espera un disparo.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="259"/>
+        <source>Packets arrive, but no frame can be made of them.</source>
+        <translation>Llegan paquetes, pero no se puede formar ningún fotograma con ellos.</translation>
     </message>
 </context>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="103"/>
         <source>Findings</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="104"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="106"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="107"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="104"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="108"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="127"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="124"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="128"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="127"/>
         <source>1 problem found</source>
         <translation>1 problema encontrado</translation>
     </message>
@@ -1097,304 +1102,319 @@ It {1}.</source>
 <context>
     <name>Drivers</name>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the camera is lost: {0}</source>
         <translation>se perdió la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>another application, at {0}, took control of the camera</source>
         <translation>otra aplicación, en {0}, tomó el control de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the camera took our control back; its heartbeat may have expired, or it has restarted</source>
         <translation>la cámara retiró el control; puede que expirase su heartbeat o que se haya reiniciado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} was lost while it was opened</source>
         <translation>{0} se perdió mientras se abría</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is not open</source>
         <translation>{0} no está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} was unplugged</source>
         <translation>{0} se desconectó</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} was not acknowledged within {1} s ({2} tries)</source>
         <translation>{0} no se confirmó en {1} s (intentos: {2})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} was not acknowledged within {1} s; the camera had asked for more time</source>
         <translation>{0} no se confirmó en {1} s; la cámara había pedido más tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} did not answer in time</source>
         <translation>{0} no respondió a tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} did not answer within {1} s</source>
         <translation>{0} no respondió en {1} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the device takes no commands; unplug it and plug it in again</source>
         <translation>el dispositivo no acepta órdenes; desconéctelo y vuelva a conectarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>another application at {0} controls {1}; close it there</source>
         <translation>otra aplicación en {0} controla {1}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>another application controls {0}; close it there</source>
         <translation>otra aplicación controla {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is in use by another application; close it there</source>
         <translation>otra aplicación usa {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the camera is open for reading only; another application may control it</source>
         <translation>la cámara está abierta solo para lectura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the camera answers reads but not this write; another application may control it</source>
         <translation>la cámara responde a las lecturas pero no a esta escritura; puede que otra aplicación la controle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the camera is served read-only</source>
         <translation>la cámara se sirve solo para lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is not there any more</source>
         <translation>{0} ya no existe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is {1} instead of {2}</source>
         <translation>{0} es {1} en lugar de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the camera did not answer for {0} s</source>
         <translation>la cámara no respondió durante {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the target is not seen: bring it into the middle of the image first</source>
         <translation>no se ve el objetivo: llévelo primero al centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>only {0} of {1} views were possible: give the arm more room, or move the target</source>
         <translation>solo fueron posibles {0} de {1} vistas: dé más espacio al brazo o mueva el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one</source>
         <translation>solo {0} de {1} posturas muestran el objetivo y se quieren {2}: muévalo o use uno más pequeño</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>hand–eye calibration needs {0} views or more, not {1}</source>
         <translation>la calibración mano-ojo necesita {0} vistas o más, no {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the views differ too little: turn camera or target about two axes between them</source>
         <translation>las vistas se diferencian muy poco: gire la cámara o el objetivo sobre dos ejes entre ellas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the views contradict one another: check the target&apos;s size and the calibration</source>
         <translation>las vistas se contradicen: compruebe el tamaño del objetivo y la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>no image arrived within {0} s: check camera and cable</source>
         <translation>no llegó ninguna imagen en {0} s: compruebe la cámara y el cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>there is no camera to look with</source>
         <translation>no hay cámara con la que mirar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the robot is stopped: {0}</source>
         <translation>el robot está parado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} does not report its joints</source>
         <translation>{0} no comunica sus articulaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} does not report the angles of its arm</source>
         <translation>{0} no comunica los ángulos de su brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} no longer reports the angles of its arm</source>
         <translation>{0} ya no comunica los ángulos de su brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the head of {0} is not driven</source>
         <translation>la cabeza de {0} no está accionada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the arm of {0} is not driven</source>
         <translation>el brazo de {0} no está accionado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>this is a dry run, in which the robot does not move: start without --dry-run</source>
         <translation>esto es una prueba en la que el robot no se mueve: arranque sin --dry-run</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>it would be outside the workspace</source>
         <translation>quedaría fuera del espacio de trabajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>it would leave the workspace ({0})</source>
         <translation>saldría del espacio de trabajo ({0})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} would come within {1} mm of {2}</source>
         <translation>{0} se acercaría a {1} mm de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>a pitch of {0} m must be more than the markers&apos; size, {1} m, or they would overlap</source>
         <translation>un paso de {0} m debe ser mayor que el tamaño de los marcadores, {1} m, o se solaparían</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>two poses explain it</source>
         <translation>dos posturas lo explican</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>it is seen edge-on</source>
         <translation>se ve de canto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>its corners are no square&apos;s</source>
         <translation>sus esquinas no son las de un cuadrado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>this program controls {0} already; close it first</source>
         <translation>este programa ya controla {0}; ciérrela primero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>another application took exclusive control of the camera</source>
         <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>another application has exclusive control of the camera at {0}; close it there</source>
         <translation>otra aplicación tiene el control exclusivo de la cámara en {0}; ciérrela allí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0}: its USB bus has too little bandwidth left; choose a smaller size, MJPG or a lower rate, or plug it in elsewhere</source>
         <translation>{0}: a su bus USB le queda poco ancho de banda; elija un tamaño menor, MJPG o una frecuencia más baja, o conéctela en otro puerto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is set to {1}, which cannot be shown; choose another PixelFormat</source>
         <translation>{0} está en {1}, que no se puede mostrar; elija otro PixelFormat</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is there already; a recording overwrites nothing, choose another name</source>
         <translation>{0} ya existe; una grabación no sobrescribe nada, elija otro nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} could not be created: {1}; choose another folder or name</source>
         <translation>no se pudo crear {0}: {1}; elija otra carpeta u otro nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>the snapshot could not be written to {0}: {1}; choose another folder</source>
         <translation>no se pudo guardar la captura en {0}: {1}; elija otra carpeta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} could not be read: {1}</source>
         <translation>no se pudo leer {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>&apos;{0}&apos; is no source; did you mean {1}?</source>
         <translation>«{0}» no es una fuente; ¿quería decir {1}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>&apos;{0}&apos; is no source; write its kind first, as in sim: or gige:192.168.0.10</source>
         <translation>«{0}» no es una fuente; escriba antes su tipo, como en sim: o gige:192.168.0.10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>&apos;{0}&apos; is of no known kind; there are {1}</source>
         <translation>«{0}» es de un tipo desconocido; existen {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is not connected to this program at the moment</source>
         <translation>{0} no está conectado a este programa en este momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} sends messages that are no images ({1})</source>
         <translation>{0} envía mensajes que no son imágenes ({1})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is connected over {1} and sends nothing</source>
         <translation>{0} está conectado por {1} y no envía nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>{0} is subscribed to, and {1} sends nothing that arrives here</source>
         <translation>{0} está suscrito y {1} no envía nada que llegue aquí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="66"/>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
         <source>nobody publishes {0}</source>
         <translation>nadie publica {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <source>the camera sees this computer at {0}, not at {1}: a router between them translates addresses (NAT), so frames do not get through; give this computer an address in the camera&apos;s network</source>
+        <translation>la cámara ve este ordenador en {0}, no en {1}: un router intermedio traduce direcciones (NAT), así que los fotogramas no llegan; dé a este ordenador una dirección en la red de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <source>no packet arrives; {0} and {1} are in one subnet, {2}; the system may use the wrong one for a camera: give {3} and its cameras addresses of another subnet</source>
+        <translation>no llega ningún paquete; {0} y {1} están en la misma subred, {2}; el sistema puede usar la equivocada para una cámara: dé a {3} y a sus cámaras direcciones de otra subred</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <source>no packet arrives; a firewall may drop them: {0}</source>
+        <translation>no llega ningún paquete; un cortafuegos puede descartarlos: {0}</translation>
     </message>
 </context>
 <context>
@@ -1645,27 +1665,27 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="288"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="290"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="309"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="311"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="318"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="320"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="319"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="321"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="309"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="311"/>
         <source>1 more matches; type another letter.</source>
         <translation>Coincide 1 más; escriba otra letra.</translation>
     </message>
@@ -1673,117 +1693,117 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="150"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="38"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="154"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="42"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="156"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="44"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="158"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="46"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="159"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="47"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="166"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="54"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="168"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="56"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="59"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="176"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="64"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="178"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="66"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="182"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="70"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="93"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="205"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="93"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="217"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="106"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="225"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="114"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="226"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="115"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="228"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="117"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="220"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="109"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="152"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="40"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="171"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="59"/>
         <source>1 byte of text</source>
         <translation>texto de 1 byte</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="191"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="79"/>
         <source>At least {0}</source>
         <translation>Como mínimo {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="193"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="81"/>
         <source>At most {0}</source>
         <translation>Como máximo {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/shown.py" line="195"/>
+        <location filename="../../grabbergui/models/features/feature_text.py" line="83"/>
         <source>Only in steps of {0}</source>
         <translation>Solo en pasos de {0}</translation>
     </message>
@@ -1796,57 +1816,57 @@ It {1}.</source>
         <translation>Nitidez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="37"/>
         <source>Draw the region to bring into focus</source>
         <translation>Dibujar la región que debe ser nítida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="38"/>
         <source>Choose region</source>
         <translation>Elegir región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="43"/>
         <source>Score the whole image</source>
         <translation>Valorar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="45"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="44"/>
         <source>Whole image</source>
         <translation>Toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="49"/>
         <source>Forget the best score</source>
         <translation>Olvidar el mejor valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="50"/>
         <source>Start again</source>
         <translation>Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="23"/>
         <source>Sharpness over time</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="201"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="204"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="188"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="191"/>
         <source>of the whole image</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="175"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="178"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="175"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="178"/>
         <source>Sharpness {0:.2f}    best {1:.2f}</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}</translation>
     </message>
@@ -1862,32 +1882,32 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="210"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="211"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="368"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="367"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="343"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="342"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="355"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="354"/>
         <source>no images arrive from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="372"/>
+        <location filename="../../grabbergui/models/hand_eye.py" line="371"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="19"/>
+        <location filename="../../grabbergui/models/hand_eye_text.py" line="20"/>
         <source>&lt;b&gt;{0} will move by itself&lt;/b&gt; to {1} poses, one after another, for {2}.</source>
         <translation>&lt;b&gt;{0} se moverá por sí mismo&lt;/b&gt; a {1} posturas, una tras otra, durante {2}.</translation>
     </message>
@@ -2060,22 +2080,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="152"/>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="134"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="160"/>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="142"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="180"/>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="161"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="185"/>
+        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="166"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -2323,12 +2343,12 @@ It {1}.</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="267"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="273"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
@@ -2338,7 +2358,7 @@ It {1}.</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="156"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2348,82 +2368,82 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="156"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="164"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="172"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="201"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="203"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="221"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="223"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="245"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="246"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="247"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="248"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="251"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="252"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
@@ -2433,12 +2453,12 @@ It {1}.</source>
         <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="267"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="273"/>
+        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
@@ -2456,47 +2476,47 @@ It {1}.</source>
         <translation>Media, saturado y negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="49"/>
         <source>Counts on a logarithmic scale</source>
         <translation>Recuento en escala logarítmica</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="50"/>
         <source>&amp;Log</source>
         <translation>&amp;Log.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="43"/>
         <source>Show the sensor’s whole range again</source>
         <translation>Mostrar de nuevo todo el rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="45"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="44"/>
         <source>Whole range</source>
         <translation>Todo el rango</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="23"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="37"/>
         <source>Stretch the levels over 99 % of the image; the camera and saved frames do not change</source>
         <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
         <source>Fit levels</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="83"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="79"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -2504,12 +2524,12 @@ It {1}.</source>
 <context>
     <name>Image</name>
     <message>
-        <location filename="../../grabbergui/models/image/live_image.py" line="256"/>
+        <location filename="../../grabbergui/models/image/live_image.py" line="258"/>
         <source>frame {0} ({1}) cannot be shown: {2}</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="177"/>
+        <location filename="../../grabbergui/models/image/pixel_text.py" line="88"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -2517,32 +2537,32 @@ It {1}.</source>
 <context>
     <name>ImageNote</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_note.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/image_note.ui" line="28"/>
         <source>The stages of an image, and where it is lost</source>
         <translation>Las etapas de una imagen, y dónde se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="319"/>
+        <location filename="../../grabbergui/ui/widgets/image_note.py" line="58"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="320"/>
+        <location filename="../../grabbergui/ui/widgets/image_note.py" line="59"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="321"/>
+        <location filename="../../grabbergui/ui/widgets/image_note.py" line="60"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="322"/>
+        <location filename="../../grabbergui/ui/widgets/image_note.py" line="61"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="323"/>
+        <location filename="../../grabbergui/ui/widgets/image_note.py" line="62"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -2565,62 +2585,62 @@ It {1}.</source>
         <translation>Píxel bajo el cursor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="91"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="90"/>
         <source>What to do</source>
         <translation>Qué hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="98"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="96"/>
         <source>Samples of the whole frame at the ends of the sensor’s range</source>
         <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="99"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="97"/>
         <source>Saturated and black</source>
         <translation>Saturado y negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="106"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="103"/>
         <source>Screen pixels for each pixel of the image</source>
         <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="107"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="104"/>
         <source>Zoom</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="184"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="187"/>
         <source>Draw the region that the camera should send; Esc cancels.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="185"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="188"/>
         <source>Draw the region to bring into focus; Esc cancels.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="186"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="189"/>
         <source>Draw the line whose values you want to see; Esc cancels.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="246"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="249"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="187"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="190"/>
         <source>Draw the region whose brightness counts; Esc cancels.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="188"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="191"/>
         <source>Draw a region that should be grey; Esc cancels.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="145"/>
         <source>Last image, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -2645,12 +2665,12 @@ It {1}.</source>
         <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="194"/>
         <source>Draw a line; Esc cancels.</source>
         <translation>Dibuje una línea; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="195"/>
         <source>Draw a region; Esc cancels.</source>
         <translation>Dibuje una región; Esc cancela.</translation>
     </message>
@@ -2914,47 +2934,47 @@ It {1}.</source>
 <context>
     <name>LutController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="94"/>
         <source>Reading the look-up table</source>
         <translation>Leyendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="150"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="151"/>
         <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
         <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="152"/>
         <source>Load a look-up table</source>
         <translation>Cargar una tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="163"/>
         <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
         <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="162"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="164"/>
         <source>Save the look-up table</source>
         <translation>Guardar la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="164"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="166"/>
         <source>Saved {0}</source>
         <translation>Se guardó {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="184"/>
         <source>The camera has the new look-up table</source>
         <translation>La cámara tiene la nueva tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="197"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="199"/>
         <source>Writing the look-up table</source>
         <translation>Escribiendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="209"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="211"/>
         <source>Switching the look-up table</source>
         <translation>Conmutando la tabla de consulta</translation>
     </message>
@@ -2962,127 +2982,127 @@ It {1}.</source>
 <context>
     <name>LutDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="343"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="56"/>
         <source>Look-up table</source>
         <translation>Tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="345"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="58"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="348"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="61"/>
         <source>The camera &amp;uses it</source>
         <translation>La cámara la &amp;usa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="350"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="63"/>
         <source>Curve of the look-up table</source>
         <translation>Curva de la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="351"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="64"/>
         <source>Horizontal: value of the sensor; vertical: value that is sent instead</source>
         <translation>A la derecha: valor del sensor; hacia arriba: valor que se envía en su lugar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="359"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="76"/>
         <source>Gamma</source>
         <translation>Gamma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="360"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="77"/>
         <source>Below 1, dark parts become brighter; above 1, darker</source>
         <translation>Por debajo de 1, las partes oscuras se aclaran; por encima de 1, se oscurecen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="361"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="78"/>
         <source>&amp;Gamma</source>
         <translation>G&amp;amma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="363"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="80"/>
         <source>Li&amp;near</source>
         <translation>Li&amp;neal</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="364"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="81"/>
         <source>L&amp;oad…</source>
         <translation>Ca&amp;rgar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="365"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="82"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="368"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="85"/>
         <source>Un&amp;do</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="369"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="86"/>
         <source>Write back the camera&apos;s previous table</source>
         <translation>Vuelve a escribir la tabla que la cámara tenía antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="370"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="87"/>
         <source>&amp;Write to the camera</source>
         <translation>&amp;Escribir en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="371"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="88"/>
         <source>&amp;Close</source>
         <translation>&amp;Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="397"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="114"/>
         <source>{0} entries</source>
         <translation>{0} valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="398"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="115"/>
         <source>not written yet</source>
         <translation>aún sin escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="398"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="115"/>
         <source>as in the camera</source>
         <translation>como la tiene la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="67"/>
         <source>Input (LUTIndex)</source>
         <translation>Entrada (LUTIndex)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="352"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="67"/>
         <source>Output (LUTValue)</source>
         <translation>Salida (LUTValue)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="353"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="68"/>
         <source>in the camera</source>
         <translation>en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="353"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="68"/>
         <source>edited</source>
         <translation>editada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="473"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="191"/>
         <source>Discard the edited table?</source>
         <translation>¿Descartar la tabla editada?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="474"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="191"/>
         <source>It is neither in the camera nor saved in a file.</source>
         <translation>No está en la cámara ni guardada en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="475"/>
+        <location filename="../../grabbergui/ui/views/lut_dialog.py" line="197"/>
         <source>&amp;Discard</source>
         <translation>&amp;Descartar</translation>
     </message>
@@ -3130,562 +3150,562 @@ It {1}.</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="148"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="149"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="173"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="174"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="180"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="185"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="192"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="199"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="206"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="213"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
         <source>Undo the last change</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="230"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>Redo the change that was undone last</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
         <source>Connect to the chosen source</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
         <source>Close the current source</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
         <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
         <source>&amp;Next open source</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
         <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="264"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="269"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="281"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="299"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
         <source>Load settings from a file, and show the outcome of each</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="338"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
         <source>Show the whole image</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
         <source>One screen pixel for each pixel of the image</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>Pause the image; the last frames can be stepped through</source>
         <translation>Pausar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="369"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
         <source>Show the previous frame; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
         <source>Show the next frame</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="382"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="394"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>Mark the middle of the image</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="434"/>
         <source>Divide the image into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="434"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="435"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="444"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="454"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="473"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="480"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="483"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="483"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="484"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="509"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="514"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="515"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="513"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="518"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="517"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="522"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="521"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="526"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="525"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="530"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="296"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="302"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3700,177 +3720,177 @@ It {1}.</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
         <source>Set exposure time and gain by the whole image, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="410"/>
         <source>Set the white balance by the whole image, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="410"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="411"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
         <source>Show the differences of two files, and load the values of either</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
         <source>Draw the part of the sensor that the camera sends; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="488"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="488"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
         <source>Read a camera_info file, and show the image without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="492"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="492"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
         <source>Show the image without the lens&apos;s distortion; the camera and saved frames do not change</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="497"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="497"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="498"/>
         <source>Open the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="500"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="502"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="502"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="503"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="505"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="506"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="506"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="507"/>
         <source>Check this computer for the usual problems with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
         <source>Connect to the chosen source without starting it, to set format and region first</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
         <source>Connect wit&amp;hout starting</source>
         <translation>Conectar sin inici&amp;ar</translation>
     </message>
@@ -3880,85 +3900,95 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="318"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="324"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="319"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="325"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="320"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="326"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="321"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="327"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
         <source>Save the newest frame at full resolution, each of its components: PNG, or TIFF for more than 8 bits</source>
         <translation>Guarda el último fotograma a resolución completa, cada uno de sus componentes: PNG, o TIFF con más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
         <source>Save point &amp;cloud</source>
         <translation>Guardar nube de p&amp;untos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="295"/>
         <source>Save the points of the newest frame&apos;s range image as PLY, in millimetres</source>
         <translation>Guarda los puntos de la imagen de distancias del último fotograma en PLY, en milímetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
         <source>Point clou&amp;d…</source>
         <translation>N&amp;ube de puntos…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
         <source>Show the points of the range image in a window, to turn with the mouse</source>
         <translation>Muestra en una ventana los puntos de la imagen de distancias, que se giran con el ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
         <source>&amp;Sensor has polarisers</source>
         <translation>El &amp;sensor tiene polarizadores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
         <source>Ticked automatically if the camera's features say so. Sony's arrangement of 90°, 45° over 135°, 0° is assumed.</source>
         <translation>Se marca solo cuando las características de la cámara lo indican. Se supone la disposición de Sony: 90°, 45° sobre 135°, 0°.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="332"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>Loo&amp;k-up table…</source>
         <translation>&amp;Tabla de consulta…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
         <source>Show the camera&apos;s look-up table as a curve, edit it, and write it to the camera</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
         <source>Close this panel; to open it again: {0}</source>
         <translation>Cerrar este panel; para volver a abrirlo: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
+        <source>&amp;Report this camera…</source>
+        <translation>&amp;Informe de esta cámara…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="511"/>
+        <source>Write all about the camera to one file, to attach to a bug report</source>
+        <translation>Escribir todo sobre la cámara en un archivo, para adjuntarlo a un informe de error</translation>
     </message>
 </context>
 <context>
     <name>ManualDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="68"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="72"/>
         <source>Manual</source>
         <translation>Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="72"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="76"/>
         <source>&amp;Back</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -3966,12 +3996,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="123"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="122"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="153"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="151"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -3979,12 +4009,12 @@ It {1}.</source>
 <context>
     <name>MessageBar</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="30"/>
         <source>Dismiss</source>
         <translation>Descartar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="29"/>
         <source>Dismiss this message</source>
         <translation>Descartar este mensaje</translation>
     </message>
@@ -3992,22 +4022,22 @@ It {1}.</source>
 <context>
     <name>MessageLine</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_line.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/message_line.ui" line="28"/>
         <source>Show the messages in full</source>
         <translation>Mostrar los mensajes completos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_line.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/message_line.ui" line="37"/>
         <source>Dismiss</source>
         <translation>Descartar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_line.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/message_line.ui" line="36"/>
         <source>Dismiss this message</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="266"/>
+        <location filename="../../grabbergui/ui/widgets/message_line.py" line="134"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -4015,7 +4045,7 @@ It {1}.</source>
 <context>
     <name>Messages</name>
     <message>
-        <location filename="../../grabbergui/models/messages.py" line="214"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="39"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
@@ -4023,12 +4053,12 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="217"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="211"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="217"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="211"/>
         <source>“{0}” is not a number in {1}</source>
         <translation>«{0}» no es un número en {1}</translation>
     </message>
@@ -4041,27 +4071,27 @@ It {1}.</source>
         <translation>Imagen mostrada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="20"/>
         <source>Step through the last frames (, and .)</source>
         <translation>Recorrer las últimas imágenes (, y .)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="21"/>
         <source>Frame to show</source>
         <translation>Imagen que mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="30"/>
         <source>Show the live image again (P)</source>
         <translation>Volver a la imagen en directo (P)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="31"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="339"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="344"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -4069,7 +4099,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="176"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="180"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -4097,7 +4127,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="269"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="274"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -4137,27 +4167,27 @@ It {1}.</source>
         <translation>Tiempo e imagen en la grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="59"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="58"/>
         <source>Speed of playback; 1 is that of the recording</source>
         <translation>A qué velocidad se reproduce; 1 es la velocidad a la que se grabó</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="60"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="59"/>
         <source>Speed</source>
         <translation>Velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="66"/>
         <source>Loop</source>
         <translation>Bucle</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="66"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="65"/>
         <source>Begin again at the end</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="269"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="274"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -4165,7 +4195,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="338"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="341"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -4173,12 +4203,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="274"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="277"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="278"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -4191,37 +4221,37 @@ It {1}.</source>
         <translation>Línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="35"/>
         <source>Draw the line whose values are shown</source>
         <translation>Dibujar la línea cuyos valores se muestran</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="36"/>
         <source>Draw line</source>
         <translation>Dibujar línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="43"/>
         <source>Values along the line</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="253"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="256"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="235"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="238"/>
         <source>Draw a line through the image to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="29"/>
         <source>The sensor’s own values, of a Bayer pattern each under the colour of its filter; or else the colours shown, in 8 bits</source>
         <translation>Los valores propios del sensor, en un patrón Bayer cada uno bajo el color de su filtro; si no, los colores mostrados, en 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="30"/>
         <source>&amp;Raw values</source>
         <translation>Valores en &amp;bruto</translation>
     </message>
@@ -4229,27 +4259,27 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="274"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="286"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="290"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="302"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="290"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="302"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="282"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="294"/>
         <source>{0} could not be opened: {1}</source>
         <translation>{0} no se pudo abrir: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="285"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="297"/>
         <source>Snapshots are in {0}; no file manager could be started</source>
         <translation>Las capturas están en {0}; no se pudo abrir un gestor de archivos</translation>
     </message>
@@ -4257,62 +4287,62 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="203"/>
+        <location filename="../../grabbergui/models/recording.py" line="189"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="195"/>
+        <location filename="../../grabbergui/models/recording.py" line="181"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="191"/>
+        <location filename="../../grabbergui/models/recording.py" line="177"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="205"/>
+        <location filename="../../grabbergui/models/recording.py" line="191"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="205"/>
+        <location filename="../../grabbergui/models/recording.py" line="191"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="210"/>
+        <location filename="../../grabbergui/models/recording.py" line="196"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="197"/>
+        <location filename="../../grabbergui/models/recording.py" line="183"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="163"/>
+        <location filename="../../grabbergui/models/recording.py" line="149"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="166"/>
+        <location filename="../../grabbergui/models/recording.py" line="152"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="169"/>
+        <location filename="../../grabbergui/models/recording.py" line="155"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="169"/>
+        <location filename="../../grabbergui/models/recording.py" line="155"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="172"/>
+        <location filename="../../grabbergui/models/recording.py" line="158"/>
         <source>recorded {0} to {1}</source>
         <translation>grabación de {0} en {1}</translation>
     </message>
@@ -4320,7 +4350,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="126"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -4395,130 +4425,140 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="185"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="190"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="72"/>
         <source>Play the last recording in place of the camera</source>
         <translation>Reproducir la última grabación en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="74"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="73"/>
         <source>Play the last recording</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="166"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="174"/>
         <source>Images (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="175"/>
         <source>Images (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="126"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="145"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="164"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="173"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="135"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="143"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
         <source>1 dropped</source>
         <translation>1 descartada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="176"/>
+        <source>One TIFF with pages</source>
+        <translation>Un TIFF con páginas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="177"/>
+        <source>NumPy array (.npy)</source>
+        <translation>Matriz de NumPy (.npy)</translation>
     </message>
 </context>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="123"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="93"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="89"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="94"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="91"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="95"/>
         <source>Continue recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -4542,9 +4582,70 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>ReportController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/report.py" line="104"/>
+        <source>Save the report</source>
+        <translation>Guardar el informe</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/report.py" line="104"/>
+        <source>Reports (*.zip)</source>
+        <translation>Informes (*.zip)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/report.py" line="110"/>
+        <source>{0} cannot be written: {1}</source>
+        <translation>No se puede escribir {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/report.py" line="112"/>
+        <source>Saved the report to {0}</source>
+        <translation>Informe guardado en {0}</translation>
+    </message>
+</context>
+<context>
+    <name>ReportDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="25"/>
+        <source>Report this camera</source>
+        <translation>Informe de esta cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="26"/>
+        <source>Asking the camera and this computer…</source>
+        <translation>Consultando la cámara y este ordenador…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="30"/>
+        <source>Contents of the report</source>
+        <translation>Contenido del informe</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="31"/>
+        <source>Keep &amp;names, serial numbers and addresses</source>
+        <translation>Conservar &amp;nombres, números de serie y direcciones</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="32"/>
+        <source>Otherwise stand-ins replace them, also in registers and log</source>
+        <translation>Si no, se sustituyen por otros, también en registros y en el log</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="33"/>
+        <source>With the &amp;pixels of some frames</source>
+        <translation>Con los &amp;píxeles de algunos fotogramas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/report_dialog.py" line="50"/>
+        <source>The file will contain:</source>
+        <translation>El archivo contendrá:</translation>
+    </message>
+</context>
+<context>
     <name>RobotView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="107"/>
+        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="108"/>
         <source>Drag to rotate, wheel to zoom, double-click to reset</source>
         <translation>Arrastrar para girar, rueda para acercarse, doble clic para volver</translation>
     </message>
@@ -4557,12 +4658,12 @@ It {1}.</source>
 <context>
     <name>ScaleBar</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="294"/>
+        <location filename="../../grabbergui/ui/widgets/scale_bar.py" line="51"/>
         <source>Scale of the colours: {0}</source>
         <translation>Escala de los colores: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="341"/>
+        <location filename="../../grabbergui/ui/widgets/scale_bar.py" line="98"/>
         <source>no data</source>
         <translation>sin datos</translation>
     </message>
@@ -4570,17 +4671,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="297"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="129"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="297"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="129"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="331"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="163"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -4598,248 +4699,258 @@ It {1}.</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="43"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="50"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="51"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="78"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="81"/>
         <source>History of states</source>
         <translation>Historial de estados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="84"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="87"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="85"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="88"/>
         <source>State</source>
         <translation>Estado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="86"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="89"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="92"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="95"/>
         <source>&amp;Head gain</source>
         <translation>Ganancia de la &amp;cabeza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="95"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="98"/>
         <source>Speed of the head for each radian off centre</source>
         <translation>Velocidad de la cabeza por cada radián de desviación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="111"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="114"/>
         <source> /s</source>
         <translation> /s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="100"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="103"/>
         <source>Head at &amp;most</source>
         <translation>Cabeza como &amp;máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="103"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="106"/>
         <source> °/s</source>
         <translation> °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="107"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="110"/>
         <source>&amp;Arm gain</source>
         <translation>Ganancia del &amp;brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="110"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="113"/>
         <source>Speed of the hand for each metre and radian of error</source>
         <translation>Velocidad de la mano por cada metro y radián de error</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="118"/>
         <source>Han&amp;d at most</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="118"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="121"/>
         <source> mm/s</source>
         <translation> mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="122"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="125"/>
         <source>&amp;Rate</source>
         <translation>&amp;Frecuencia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="125"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="128"/>
         <source>Commands per second</source>
         <translation>Órdenes por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="126"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="129"/>
         <source> Hz</source>
         <translation> Hz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="70"/>
         <source>Live image</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="151"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="154"/>
         <source>The robot in space</source>
         <translation>El robot en el espacio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="44"/>
         <source>Let the robot move</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="236"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="241"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="237"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="242"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="238"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="243"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="239"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="244"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="130"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="133"/>
         <source>S&amp;peed</source>
         <translation>&amp;Velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="133"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="136"/>
         <source>All motion is slowed down to this share of its speed</source>
         <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="134"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="137"/>
         <source> %</source>
         <translation> %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="37"/>
         <source>Hand–&amp;eye…</source>
         <translation>Mano-&amp;ojo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="38"/>
         <source>Calibrate where the camera is mounted: the loop ends, and the robot looks at a board from several poses</source>
         <translation>Calibrar dónde está la cámara: el lazo termina y el robot mira un tablero desde varias posturas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
+        <source>What is measured of the hand, and the limits that it keeps</source>
+        <translation>Lo que se mide de la mano y los límites que respeta</translation>
     </message>
 </context>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="277"/>
+        <location filename="../../grabbergui/models/servoing.py" line="305"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="278"/>
+        <location filename="../../grabbergui/models/servoing.py" line="306"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="279"/>
+        <location filename="../../grabbergui/models/servoing.py" line="307"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="280"/>
+        <location filename="../../grabbergui/models/servoing.py" line="308"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="282"/>
+        <location filename="../../grabbergui/models/servoing.py" line="310"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="283"/>
+        <location filename="../../grabbergui/models/servoing.py" line="311"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="284"/>
+        <location filename="../../grabbergui/models/servoing.py" line="312"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="285"/>
+        <location filename="../../grabbergui/models/servoing.py" line="313"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="281"/>
+        <location filename="../../grabbergui/models/servoing.py" line="309"/>
         <source>following</source>
         <translation>siguiendo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="281"/>
+        <source>Hand: {0} of {1} mm/s, {2} of {3} °/s, {4} mm inside its workspace</source>
+        <translation>Mano: {0} de {1} mm/s, {2} de {3} °/s, {4} mm dentro de su espacio de trabajo</translation>
     </message>
 </context>
 <context>
     <name>Settings</name>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="149"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="151"/>
         <source>the stream does not start again: {0}</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="248"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="255"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="288"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="295"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="292"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="299"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="264"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="271"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="225"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="232"/>
         <source>the camera reports {0}</source>
         <translation>la cámara indica {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="163"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="165"/>
         <source>interrupted: {0}</source>
         <translation>interrumpido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="218"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="225"/>
         <source>the camera was lost during this write: it may have either value</source>
         <translation>la cámara se perdió durante esta escritura: puede tener cualquiera de los dos valores</translation>
     </message>
@@ -4852,42 +4963,42 @@ It {1}.</source>
         <translation>Comparar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="16"/>
+        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="15"/>
         <source>Differences</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="180"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="169"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="29"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="160"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="182"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="207"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="196"/>
         <source>(not in this file)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="160"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="160"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -4895,7 +5006,7 @@ It {1}.</source>
 <context>
     <name>SettingsFilesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="62"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="61"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
@@ -4915,17 +5026,17 @@ It {1}.</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="174"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="173"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="161"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="160"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="209"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="208"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
@@ -4940,42 +5051,42 @@ It {1}.</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="135"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="134"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="163"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="162"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="176"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="175"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="210"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="209"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="131"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="131"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="133"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
         <source>Saved {0} to {1}</source>
         <translation>Guardado: {0} en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="205"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="204"/>
         <source>Not rolled back: {0}</source>
         <translation>No revertido: {0}</translation>
     </message>
@@ -4983,117 +5094,117 @@ It {1}.</source>
 <context>
     <name>SettingsReport</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="16"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="15"/>
         <source>Settings</source>
         <translation>Ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="19"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="21"/>
         <source>File</source>
         <translation>Archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="30"/>
         <source>Show &amp;equal settings</source>
         <translation>Mostrar lo que era i&amp;gual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="34"/>
         <source>&amp;Apply to the camera</source>
         <translation>&amp;Aplicar a la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
         <source>&amp;Roll back</source>
         <translation>&amp;Revertir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="97"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="111"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="113"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="115"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="104"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
         <source>Camera</source>
         <translation>Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="112"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="98"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="110"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="71"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="60"/>
         <source>Settings already written are restored when the camera is back, the others are not</source>
         <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="116"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
         <source>not written</source>
         <translation>no escrito</translation>
     </message>
@@ -5106,17 +5217,17 @@ It {1}.</source>
         <translation>Teclado y ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="54"/>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="52"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="33"/>
         <source>Over the image the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the wheel, the arrow keys, Page Up and Down, Home and End; with Shift it goes a tenth as far, with Ctrl ten times as far. Esc cancels what is being drawn or typed. Letters work while the image has the focus: Enter gives it back.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="184"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="193"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>
@@ -5174,120 +5285,125 @@ It {1}.</source>
         <translation>Una cámara real aparece aquí cuando se conecta. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="63"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="62"/>
         <source>Connect to the chosen source, or disconnect</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="323"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="70"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="69"/>
         <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="297"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="301"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="299"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="308"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="323"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="323"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="343"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="335"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="344"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="336"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="345"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="337"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="346"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="338"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="347"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="339"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="348"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="340"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="349"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="341"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="350"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="342"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="351"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="295"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="299"/>
         <source>Connect without starting</source>
         <translation>Conectar sin iniciar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="303"/>
+        <source>Connect with a description file…</source>
+        <translation>Conectar con un archivo de descripción…</translation>
     </message>
 </context>
 <context>
     <name>Sources</name>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="52"/>
+        <location filename="../../grabbergui/models/sources.py" line="53"/>
         <source>serial {0}</source>
         <translation>n.º de serie {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="57"/>
+        <location filename="../../grabbergui/models/sources.py" line="58"/>
         <source>lost, reconnecting</source>
         <translation>perdida, reconectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="59"/>
+        <location filename="../../grabbergui/models/sources.py" line="60"/>
         <source>connected</source>
         <translation>conectada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="61"/>
+        <location filename="../../grabbergui/models/sources.py" line="62"/>
         <source>added by hand</source>
         <translation>añadida a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="69"/>
+        <location filename="../../grabbergui/models/sources.py" line="70"/>
         <source>Simulated</source>
         <translation>Simulada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="70"/>
+        <location filename="../../grabbergui/models/sources.py" line="71"/>
         <source>File</source>
         <translation>Archivo</translation>
     </message>
@@ -5295,15 +5411,25 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="155"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="157"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="117"/>
+        <source>GenICam descriptions (*.xml *.zip)</source>
+        <translation>Descripciones GenICam (*.xml *.zip)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="118"/>
+        <source>Description of this camera</source>
+        <translation>Descripción de esta cámara</translation>
     </message>
 </context>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="102"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -5389,47 +5515,47 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="318"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="98"/>
         <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="362"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="368"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="147"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="370"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="149"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="372"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="151"/>
         <source>The image goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="404"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="182"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="406"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="184"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="407"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="185"/>
         <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="362"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
         <source>Choose one of the sources (F8), or type its address; sim: is the simulated camera.</source>
         <translation>Elija una de las fuentes (F8) o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
@@ -5447,42 +5573,42 @@ It {1}.</source>
         <translation>Conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="39"/>
         <source>Resolution and pixel format of the newest frame</source>
         <translation>Resolución y formato de píxel de la última imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="40"/>
         <source>Resolution and pixel format</source>
         <translation>Resolución y formato de píxel</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="47"/>
         <source>Frames per second from the camera, and images painted</source>
         <translation>Imágenes por segundo de la cámara y dibujadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="48"/>
         <source>Frame rates</source>
         <translation>Frecuencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="59"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="55"/>
         <source>Payload received per second</source>
         <translation>Datos recibidos por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="60"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="56"/>
         <source>Bandwidth</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/messages.py" line="388"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="81"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="68"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="63"/>
         <source>Lost and incomplete frames, resent packets</source>
         <translation>Imágenes perdidas e incompletas, paquetes reenviados</translation>
     </message>
@@ -5490,75 +5616,80 @@ It {1}.</source>
 <context>
     <name>StreamHealth</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="86"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="87"/>
         <source>more arrives than this computer can take</source>
         <translation>llega más de lo que este ordenador puede recibir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
         <source>{0} resent</source>
         <translation>{0} reenviados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="111"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="112"/>
         <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
         <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="117"/>
         <source>Frames dropped because they were not taken in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="120"/>
         <source>Packets: {0}, resent {1}, never arrived {2}</source>
         <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
         <source>1 lost</source>
         <translation>1 perdida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="89"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
         <source>{0} lost</source>
         <translation>{0} perdidas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
         <source>1 incomplete</source>
         <translation>1 incompleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
         <source>{0} incomplete</source>
         <translation>{0} incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="97"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="98"/>
         <source>{0:.1%} resent</source>
         <translation>{0:.1%} reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
         <source>1 resent</source>
         <translation>1 reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="122"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="126"/>
         <source>All waiting packets discarded: {0}×; choose larger packets or a lower frame rate</source>
         <translation>Descartados todos los paquetes en espera: {0}×; elija paquetes más grandes o una frecuencia más baja</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="123"/>
+        <source>Packets refused, as they did not come from the camera: {0}</source>
+        <translation>Paquetes rechazados por no venir de la cámara: {0}</translation>
     </message>
 </context>
 <context>
     <name>TaskRow</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/task_row.ui" line="28"/>
+        <location filename="../../grabbergui/ui/forms/task_row.ui" line="26"/>
         <source>Progress</source>
         <translation>Progreso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/task_row.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/task_row.ui" line="35"/>
         <source>Cancel</source>
         <translation>Cancelar</translation>
     </message>
@@ -5566,117 +5697,117 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="367"/>
+        <location filename="../../grabbergui/models/tuning.py" line="126"/>
         <source>no frame arrived to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="156"/>
+        <location filename="../../grabbergui/models/one_push.py" line="150"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="158"/>
+        <location filename="../../grabbergui/models/one_push.py" line="152"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="187"/>
+        <location filename="../../grabbergui/models/one_push.py" line="181"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="190"/>
+        <location filename="../../grabbergui/models/one_push.py" line="184"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="107"/>
+        <location filename="../../grabbergui/models/one_push.py" line="101"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="114"/>
+        <location filename="../../grabbergui/models/one_push.py" line="108"/>
         <source>{0}: {1}; not everything could be restored: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="281"/>
+        <location filename="../../grabbergui/models/one_push.py" line="276"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="285"/>
+        <location filename="../../grabbergui/models/one_push.py" line="280"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="287"/>
+        <location filename="../../grabbergui/models/one_push.py" line="282"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="290"/>
+        <location filename="../../grabbergui/models/one_push.py" line="285"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="317"/>
+        <location filename="../../grabbergui/models/one_push.py" line="312"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="323"/>
+        <location filename="../../grabbergui/models/one_push.py" line="318"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="328"/>
+        <location filename="../../grabbergui/models/one_push.py" line="323"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="361"/>
+        <location filename="../../grabbergui/models/one_push.py" line="356"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="383"/>
+        <location filename="../../grabbergui/models/tuning.py" line="142"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning.py" line="387"/>
+        <location filename="../../grabbergui/models/tuning.py" line="146"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="162"/>
+        <location filename="../../grabbergui/models/one_push.py" line="156"/>
         <source>White balance set by the camera</source>
         <translation>Balance de blancos ajustado por la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="165"/>
+        <location filename="../../grabbergui/models/one_push.py" line="159"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="195"/>
+        <location filename="../../grabbergui/models/one_push.py" line="189"/>
         <source>the light did not settle within {0} steps (it is at {1:.0%} of white); is the scene moving, or the lamp flickering?</source>
         <translation>la luz no se estabilizó en {0} pasos (está al {1:.0%} del blanco); ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="242"/>
+        <location filename="../../grabbergui/models/one_push.py" line="237"/>
         <source>As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; more light, or a lower frame rate, would help</source>
         <translation>Todo lo claro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría más luz, o una frecuencia más baja</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="248"/>
+        <location filename="../../grabbergui/models/one_push.py" line="243"/>
         <source>As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help</source>
         <translation>Todo lo oscuro que puede ser: {0:.0%} del blanco en vez de {1:.0%}, con {2}; ayudaría menos luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/one_push.py" line="331"/>
+        <location filename="../../grabbergui/models/one_push.py" line="326"/>
         <source>the region has hardly any green ({0:.1%} of white), to which red and blue are adjusted; choose a grey one, in another light</source>
         <translation>la región apenas tiene verde ({0:.1%} del blanco), al que se ajustan el rojo y el azul; elija una gris, con otra luz</translation>
     </message>
@@ -5707,47 +5838,47 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="268"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="266"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="297"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="295"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="301"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="299"/>
         <source>Saved the current settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="302"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="300"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="305"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="303"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="306"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="304"/>
         <source>Writing to the camera</source>
         <translation>Escribiendo en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="292"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="290"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="292"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="290"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="293"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
         <source>Loaded {0}: changed {1}</source>
         <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>
@@ -5805,22 +5936,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="66"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="290"/>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="76"/>
         <source>Save the current settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="291"/>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="76"/>
         <source>This overwrites the set and cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="292"/>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="82"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>
@@ -5828,7 +5959,7 @@ It {1}.</source>
 <context>
     <name>ValueSlider</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/value_slider.py" line="204"/>
+        <location filename="../../grabbergui/ui/editors/value_slider.py" line="205"/>
         <source>{0} … {1}; hold the handle beyond an end to move the range.</source>
         <translation>{0} … {1}; mantenga el control más allá de un extremo para seguir.</translation>
     </message>
@@ -5836,22 +5967,22 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="217"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="214"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="234"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="231"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="283"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="278"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="282"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="277"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
@@ -5934,7 +6065,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="316"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>
