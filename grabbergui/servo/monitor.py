@@ -130,8 +130,9 @@ class Monitor:
         for index, (angle, before) in enumerate(zip(seen.measured, start[1], strict=True)):
             moved = angle - before
             low, high = least[index] - most_before[index], most[index] - least_before[index]
-            at_least = low * (PROGRESS if low > 0 else 1) - slack
-            at_most = high * (PROGRESS if high < 0 else 1) + slack
+            # A joint that makes too little of its commanded motion gets half of the slack: it may stand still.
+            at_least = low * PROGRESS - slack / 2 if low > 0 else low - slack
+            at_most = high * PROGRESS + slack / 2 if high < 0 else high + slack
             if at_least <= moved <= at_most:
                 continue
             part = "arm" if index < len(seen.measured) - 2 else "head"
