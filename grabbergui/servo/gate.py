@@ -62,6 +62,8 @@ class Command:
 
 LEAD_S = 0.1
 "Seconds by which streamed positions are ahead of the robot; it moves for no longer without another."
+HEAD_STOPS_S = 0.05
+"Seconds in which the head would reach a joint's limit at the highest speed that it may have there."
 MOST_STEP = math.radians(10)
 "The largest relative move of the head."
 _WATCH_S = 0.02
@@ -301,7 +303,8 @@ class CommandGate:
         with self._observing:
             if not self._moving:
                 self._observer.rest(now)
-            seen = self._observer.look(now, state, self._space, self._limits)
+            # This thread may have waited since `now`, while the robot moved on.
+            seen = self._observer.look(max(now, state.time), state, self._space, self._limits)
             if seen is not None:  # with the lock, in the order of the readings
                 self._guard.observe(seen)
 
@@ -325,10 +328,14 @@ class CommandGate:
 
     def _within_limits(self, command: Command, now: float) -> tuple[Command, Vector]:
         """Return the command, slowed down until all limits hold, and the arm's joint velocities."""
+        state, chain = self._reading(), self._robot.model.head
         head = command.head * min(1.0, self._limits.head / max(float(np.abs(command.head).max()), 1e-9))
+        if state is not None and state.sound and head.any():
+            room = np.minimum(chain.low - state.head, 0.0), np.maximum(chain.high - state.head, 0.0)
+            head = np.clip(head, room[0] / HEAD_STOPS_S, room[1] / HEAD_STOPS_S)
         step = None if command.head_step is None else np.clip(command.head_step, -MOST_STEP, MOST_STEP)
         before, self.hindrance = self.hindrance, ""
-        plan = self._planned(command.hand, now) if np.any(command.hand) else self._still()
+        plan = self._planned(command.hand, state, now) if np.any(command.hand) else self._still()
         self.hindrance = plan.reason
         if plan.reason and not np.any(plan.twist):
             self.refused += 1
@@ -336,8 +343,7 @@ class CommandGate:
                 log.warning("the hand is held back: %s", plan.reason)
         return replace(command, head=head, head_step=step, hand=plan.twist), plan.joints
 
-    def _planned(self, hand: Vector, now: float) -> Plan:
-        state = self._reading()
+    def _planned(self, hand: Vector, state: RobotState | None, now: float) -> Plan:
         if state is None:
             return self._still("the robot has not reported where its hand is")
         if not state.sound:

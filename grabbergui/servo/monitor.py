@@ -130,7 +130,7 @@ class Monitor:
         for index, (angle, before) in enumerate(zip(seen.measured, start[1], strict=True)):
             moved = angle - before
             low, high = least[index] - most_before[index], most[index] - least_before[index]
-            # A joint that makes too little of its commanded motion gets half of the slack: it may stand still.
+            # A joint that makes too little of its motion gets half of the slack: it may stand still.
             at_least = low * PROGRESS - slack / 2 if low > 0 else low - slack
             at_most = high * PROGRESS + slack / 2 if high < 0 else high + slack
             if at_least <= moved <= at_most:
