@@ -30,7 +30,7 @@ def test_every_call_is_passed_on_to_the_shared_grabber():
         for name, kind in vars(FrameGrabber).items()
         if not name.startswith("_") and (callable(kind) or isinstance(kind, property))
     }
-    made_of_the_others = {"features"}
+    made_of_the_others = {"features", "role"}
 
     assert public - made_of_the_others <= set(vars(SharedGrabber))
 
@@ -108,7 +108,7 @@ def test_settings_under_selectors_are_read_only_too(both):
 READS = {
     "calibration", "close", "exclusive", "feature_tree", "features", "has_feature", "lost", "open",
     "open_queue", "read_features", "read_register", "reads_at_once", "recorded_coordinates",
-    "register_length", "selectors", "setting", "silence", "statistics", "streaming",
+    "register_length", "role", "selectors", "setting", "silence", "statistics", "streaming",
 }  # fmt: skip
 """Passed on as they are: none of them writes to the camera, or it does so by a method that is refused."""
 

@@ -93,11 +93,23 @@ def test_features_and_trees_come_back_whole() -> None:
     assert tree.read_info(carried(info)) == info
 
 
-@pytest.mark.parametrize("value", [True, 2**63 - 1, 0.1, float("inf"), "ä", None])
+@pytest.mark.parametrize("value", [True, 2**63 - 1, 0.1, "ä", None])
 def test_values_keep_their_type(value: object) -> None:
     feature = Feature(name="X", kind=FeatureKind.STRING, access=AccessMode.READ_ONLY, value=value)  # type: ignore[arg-type]
     again = tree.read_feature(carried(feature))
     assert (again.value, type(again.value)) == (value, type(value))
+
+
+def test_a_number_that_json_does_not_have_is_no_value() -> None:
+    feature = Feature(
+        name="X",
+        kind=FeatureKind.FLOAT,
+        access=AccessMode.READ_ONLY,
+        value=float("inf"),
+        maximum=float("inf"),
+    )
+    again = tree.read_feature(carried(feature))
+    assert again.value is None and again.maximum is None
 
 
 def test_errors_are_raised_at_the_other_end() -> None:
