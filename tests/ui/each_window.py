@@ -13,6 +13,7 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.cli import main
+from grabbergui.ui import application
 from grabbergui.ui.garbage import GuiThreadCollector
 from grabbergui.ui.run import servo_process
 from grabbergui.ui.run.servo_process import WINDOW_PROGRAM
@@ -46,7 +47,7 @@ class Watching(GuiThreadCollector):
                 seen[0].window().close()
 
 
-GuiThreadCollector = Watching
+application.GuiThreadCollector = Watching  # as the application makes it
 
 
 def show(arguments, wanted, closed):
