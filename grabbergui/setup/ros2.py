@@ -35,7 +35,8 @@ _FOR_A_SOURCED_ROS = ("lark", "pyyaml", "typing_extensions")
 
 _BUILD_MACHINE = re.compile(r';?/opt/python/[^";) ]*')
 _CHECK = """
-from grabbergui.net.ros2.runtime import Ros2Node, require_interfaces
+from grabbergui.net.ros2.requirements import require_interfaces
+from grabbergui.net.ros2.runtime import Ros2Node
 
 require_interfaces()
 from grabber_interfaces.srv import Ask

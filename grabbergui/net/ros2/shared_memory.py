@@ -31,7 +31,9 @@ _LTTNG = re.compile(r"lttng-ust-wait-\d+(?:-(?P<user>\d+))?")
 
 def require_unblocked(folder: Path = shared_folder.MEMORY) -> None:
     """Raise SourceUnavailableError for a FIFO where LTTng opens a file: importing rclpy would never end."""
-    user = str(os.getuid()) if sys.platform != "win32" else ""
+    if sys.platform == "win32":
+        return
+    user = str(os.getuid())
     for path in _entries(folder):
         match = _LTTNG.fullmatch(path.name)
         if match and match["user"] in (None, user) and (why := shared_folder.foreign(path, of_others=True)):
