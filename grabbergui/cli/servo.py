@@ -24,7 +24,6 @@ from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 from grabbergui.core.visible_text import print_line
-from grabbergui.ui.run.servo_process import servo_in_own_process
 
 if TYPE_CHECKING:
     from grabbergui.calibration.calibration_choice import CalibrationFor
@@ -238,6 +237,7 @@ def _window(
     options: argparse.Namespace, stop: threading.Event, scene: servo_robots.Scene, runner: Runner
 ) -> Callable[[Runner, CalibrationFor], str]:
     with importing_window("or add --headless"):
+        from grabbergui.ui.run.servo_process import servo_in_own_process
         from grabbergui.ui.theme import Theme
     return partial(
         servo_in_own_process,

@@ -159,7 +159,7 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP(
         "Drivers", "this is a dry run, in which the robot does not move: start without --dry-run"
     ),
-    QT_TRANSLATE_NOOP("Drivers", "it would be outside the workspace"),
+    QT_TRANSLATE_NOOP("Drivers", "it would leave the workspace ({0} = {1} m)"),
     QT_TRANSLATE_NOOP("Drivers", "it would leave the workspace ({0})"),
     QT_TRANSLATE_NOOP("Drivers", "{0} would come within {1} mm of {2}"),
     QT_TRANSLATE_NOOP(

@@ -1278,8 +1278,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="68"/>
-        <source>it would be outside the workspace</source>
-        <translation>quedaría fuera del espacio de trabajo</translation>
+        <source>it would leave the workspace ({0} = {1} m)</source>
+        <translation>saldría del espacio de trabajo ({0} = {1} m)</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/language.py" line="68"/>
