@@ -22,7 +22,7 @@ from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import AccessDeniedError, GrabberError, RobotStoppedError
 from grabbergui.servo.config import Config
 from grabbergui.servo.guardian_link import ALLOWED, Guard, LocalGuard, Verdict
-from grabbergui.servo.motion import STOPPING_S, Observer, Plan, Space, limits_of, planned
+from grabbergui.servo.motion import DRIVES_S, STOPPING_S, Observer, Plan, Space, limits_of, planned
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
 log = logging.getLogger(__name__)
@@ -90,6 +90,8 @@ class CommandGate:
         self._dry_run = dry_run
         self._guard = guard or LocalGuard(config.safety.lag)
         self._lock = threading.RLock()
+        self._joints = np.zeros_like(robot.model.arm.low)
+        "The velocities of the arm's joints by now, rad/s, with the drives' delay."
         self._observer, self._observing = Observer(robot.model.arm), threading.Lock()
         self.tune(config)
         self._last_word = -math.inf
@@ -341,6 +343,8 @@ class CommandGate:
             self.refused += 1
             if not before:
                 log.warning("the hand is held back: %s", plan.reason)
+        elapsed = min(max(now - self._last_word, 0.0), STOPPING_S)
+        self._joints = self._joints + (plan.joints - self._joints) * (1 - math.exp(-elapsed / DRIVES_S))
         return replace(command, head=head, head_step=step, hand=plan.twist), plan.joints
 
     def _planned(self, hand: Vector, state: RobotState | None, now: float) -> Plan:
@@ -351,7 +355,8 @@ class CommandGate:
         if state.arm is None:
             return self._still("the robot does not report the angles of its arm")
         age = min(max(now - state.time, 0.0), STOPPING_S)
-        return planned(self._robot.model.arm, self._space, self._limits, state.arm, hand, age)
+        arm = self._robot.model.arm
+        return planned(arm, self._space, self._limits, state.arm, hand, age, self._joints)
 
     def _still(self, reason: str = "") -> Plan:
         return Plan(np.zeros(6), np.zeros_like(self._robot.model.arm.low), reason)

@@ -30,12 +30,14 @@ from grabbergui.servo.robots.robot import KinematicModel, RobotState
 
 STOPPING_S = 0.2
 "Seconds that a motion may last after its last command; all limits must hold for as long."
+DRIVES_S = 0.03
+"Seconds that drives take to follow a command to 63 %."
 SLOWER = (1.0, 0.5, 0.25, 0.1)
 "Fractions of the speed that are tried, so that the hand slows down near an edge."
 SLOW_AT_LIMIT = 3.0
 """Factor by which the motion is slower when a joint gets to its limit: there it is stopped at once, but the
 other joints need a moment to take over its part of the motion."""
-MARGIN = 1.06
+MARGIN = 1.08
 "Factor by which a motion near a joint's limit is slower: there drives lag behind joint speeds that change."
 SAME = 0.02
 "Share of a twist, with `LEVER`, by which what the arm makes of it may differ until it is sent instead."
@@ -121,10 +123,13 @@ def limits_text(model: KinematicModel, config: Config) -> str:
     )
 
 
-def planned(arm: Chain, space: Space, limits: Limits, angles: Vector, wanted: Vector, age: float) -> Plan:
+def planned(
+    arm: Chain, space: Space, limits: Limits, angles: Vector, wanted: Vector, age: float, before: Vector
+) -> Plan:
     """Return the motion nearest to a twist that stays within all limits until it can have been stopped.
 
-    `angles` are the arm's joints as they were read `age` seconds ago.
+    `angles` are the arm's joints as they were read `age` seconds ago; `before` are the velocities that
+    they have by now.
     """
     here = arm.clamped(angles)
     here = np.where(here < arm.low + AT_LIMIT, arm.low, np.where(here > arm.high - AT_LIMIT, arm.high, here))
@@ -132,13 +137,16 @@ def planned(arm: Chain, space: Space, limits: Limits, angles: Vector, wanted: Ve
     same = _size(twist - wanted) <= SAME * _size(wanted)
     twist = wanted if same else twist
     joints = arm.response(here, twist)
-    motion = arm.jacobian(here) @ joints
-    speed, turn = (float(np.linalg.norm(part)) * (1 if same else MARGIN) for part in (motion[:3], motion[3:]))
+    jacobian = arm.jacobian(here)
+    motion = jacobian @ joints
     room = np.where(joints > 0, arm.high - here, here - arm.low)
     braking = float(np.max(np.abs(joints) * STOPPING_S / np.maximum(room, AT_LIMIT)))
+    free = same and braking < 1 and bool(((arm.low < here) & (here < arm.high)).all())
+    speed, turn = (float(np.linalg.norm(part)) * (1 if free else MARGIN) for part in (motion[:3], motion[3:]))
     excess = max(
         1.0, speed / limits.speed, turn / limits.turn, arm.excess(joints), min(braking, SLOW_AT_LIMIT)
     )
+    excess *= max(1.0, float(np.linalg.norm((jacobian @ before)[:3])) / limits.speed)
     reason = ""
     for slower in SLOWER:
         share = slower / excess
