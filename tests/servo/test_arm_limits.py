@@ -19,7 +19,7 @@ from grabbergui.servo.state_machine import State
 EXAMPLES = int(os.environ.get("GRABBERGUI_EXAMPLES", "7"))
 SPEED, TOLERANCE = 0.12, 1.05
 STOPPED = {
-    "second master": (0.20, 0.075),
+    "second master": (0.25, 0.075),
     "jump": (0.04, 0.010),
     "absurd": (0.04, 0.010),
     "drift": (0.25, 0.040),

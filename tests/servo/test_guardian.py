@@ -8,6 +8,7 @@ import subprocess
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 
@@ -15,6 +16,7 @@ from benchmarks.servo_guardian import running
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.servo.guardian import REPEATS, Channel, Keeper, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, GuardianLink, Verdict
+from grabbergui.servo.monitor import Limits, Observation
 from patience import PATIENCE, PROGRAM, until
 
 SILENCE = 0.08
@@ -181,6 +183,20 @@ def test_another_may_take_its_time_to_start_though_the_loop_goes_on_beating(link
     clock.now += 3.0
     assert link.beat(lambda: True).why_not.endswith("has not answered yet")
     until(lambda: link.beat(lambda: True) == ALLOWED)
+
+
+def test_a_robot_that_does_something_else_is_stopped_until_a_person_resumes(link):
+    """The monitor runs in the guardian's process: a second program moved the arm by 593 mm."""
+    link.await_ready()
+    still = Observation(1.0, (0.0,) * 8, 1.0, (0.0,) * 8, limits=Limits(0.12, 0.6, 0.7))
+    link.observe(still)
+    link.observe(replace(still, now=1.02, time=1.02, measured=(0.1, *still.measured[1:])))
+    verdict = until(lambda: (found := link.beat(lambda: True)).for_good and found)
+    assert "the arm moves though that was not commanded: 5.73°" in verdict.why_not
+    until(lambda: link.beat(lambda: False) == ALLOWED)  # the stop and its repeats are over
+    link.renew()
+    link.observe(replace(still, now=2.0, time=2.0, measured=(0.1, *still.measured[1:])))
+    assert link.beat(lambda: True) == ALLOWED
 
 
 def test_one_that_hangs_is_named_and_another_starts(link):
