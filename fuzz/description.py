@@ -19,10 +19,13 @@ from fuzz._input import DATA, Input, erring, refusing
 from grabbergui.config.ini_files import parse_ini
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureKind
-from grabbergui.driver.device import DataLayout, Device, fetch_description, parse_url, unpack
-from grabbergui.driver.genapi import node_features, vetting
-from grabbergui.driver.genapi import port as genapi_port
+from grabbergui.driver.description import fetch_description, parse_url, unpack
+from grabbergui.driver.device import DataLayout, Device
+from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.chunk_reader import without_images
+from grabbergui.driver.genapi.cleaning import clean_xml, port_name
 from grabbergui.driver.genapi.formulas import without_traps
+from grabbergui.driver.genapi.loading import load
 from grabbergui.driver.genapi.port import RegisterPort
 
 URLS = (
@@ -74,9 +77,9 @@ def _archive(source: Input) -> None:
 
 
 def _xml(source: Input) -> None:
-    text = refusing(vetting.clean_xml, source.rest())
+    text = refusing(clean_xml, source.rest())
     if text is not None:
-        vetting.port_name(text)
+        port_name(text)
         if "<!ENTITY" in text or "<!DOCTYPE" in text:
             raise AssertionError("an entity went through")
 
@@ -84,7 +87,7 @@ def _xml(source: Input) -> None:
 def _chunks(source: Input) -> None:
     payload = np.frombuffer(source.rest(), np.uint8)
     for layout in DataLayout:
-        kept = genapi_port.without_images(payload, layout)
+        kept = without_images(payload, layout)
         if len(kept) > len(payload):
             raise AssertionError(kept)
 
@@ -98,7 +101,7 @@ def _description(source: Input) -> None:
     registers = Registers(source.take(24))
     began = time.process_time()
     try:
-        nodes = genapi_port.load(description(source))
+        nodes = load(description(source))
         port = RegisterPort(cast(Device, registers))
         nodes.connect(port, "Device")
     except (genapi.GenericException, RuntimeError, GrabberError):

@@ -9,7 +9,8 @@ from fuzz._gendc import check_contents, containers
 from fuzz._input import Input, erring
 from grabbergui.core.component import PayloadType
 from grabbergui.core.encoded_image import jpeg2000_header, jpeg_header
-from grabbergui.driver.payload_contents import LARGEST_H264_SIDE, PayloadReader, scan_h264
+from grabbergui.driver.h264 import LARGEST_H264_SIDE, scan_h264
+from grabbergui.driver.payload_contents import PayloadReader
 from grabbergui.driver.sim.contents import H264Encoder
 
 

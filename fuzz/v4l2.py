@@ -8,7 +8,8 @@ from fuzz._descriptions import Registers
 from fuzz._input import Input
 from fuzz.description import use
 from grabbergui.driver.device import Device
-from grabbergui.driver.genapi import port, vetting
+from grabbergui.driver.genapi.cleaning import clean_xml
+from grabbergui.driver.genapi.loading import load
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.v4l2.description import PFNC_NAMES, STANDARD, describe
 from grabbergui.driver.v4l2.video import Control, ControlKind, FrameSizes
@@ -43,7 +44,7 @@ def one_input(data: bytes) -> None:
         source = Input(rest)
         controls.append(_control(source))
     layout = describe("a camera", codes, limits, controls)
-    nodes = port.load(vetting.clean_xml(layout.xml))
+    nodes = load(clean_xml(layout.xml))
     nodes.connect(RegisterPort(cast(Device, registers)), "Device")
     for value in (0, -(1 << 63), 1.5):
         for node in nodes.nodes:

@@ -24,7 +24,8 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey
 from grabbergui.driver import device
-from grabbergui.driver.genapi import vetting
+from grabbergui.driver.genapi import cleaning, vetting
+from grabbergui.driver.genapi.cleaning import clean_xml
 from grabbergui.driver.gige import gvcp
 from grabbergui.driver.gige.control_link import DeviceMemory
 from grabbergui.driver.u3v import stream_protocol
@@ -41,7 +42,7 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 
 VALUES = {
-    (vetting, "MAX_XML_BYTES"): 64 << 20,
+    (cleaning, "MAX_XML_BYTES"): 64 << 20,
     (vetting, "MOST_NODES"): 30_000,
     (vetting, "MOST_REFERENCES"): 200_000,
     (vetting, "MOST_ENTRIES"): 4096,
@@ -86,7 +87,7 @@ XML = b'<RegisterDescription ModelName="M"><Port Name="Device"/></RegisterDescri
 
 
 def description_of_length(count: int) -> None:
-    vetting.clean_xml(XML + b" " * (count - len(XML)))
+    clean_xml(XML + b" " * (count - len(XML)))
 
 
 def references(count: int) -> None:
@@ -161,7 +162,7 @@ def revision_of_digits(count: int) -> None:
 @pytest.mark.parametrize(
     ("use", "limit", "message"),
     [
-        (description_of_length, (vetting, "MAX_XML_BYTES", 500), "501 bytes, at most 500"),
+        (description_of_length, (cleaning, "MAX_XML_BYTES", 500), "501 bytes, at most 500"),
         (references, (vetting, "MOST_REFERENCES", 11), "more than 11 references"),
         (device.check_payload_size, (device, "MAX_PAYLOAD_BYTES", 0), "check PayloadSize"),
         (transfers, (stream_protocol, "LARGEST_PAYLOAD", 0), "make sense"),

@@ -6,14 +6,12 @@
 from __future__ import annotations
 
 import logging
-import threading
-from collections import deque
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 
 from grabbergui.core import pfnc
 from grabbergui.core.component import PayloadType
-from grabbergui.core.errors import FeatureAccessError, GrabberError, TransportError
+from grabbergui.core.errors import FeatureAccessError, GrabberError
 from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
@@ -23,8 +21,8 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.driver.camera_formats import CameraFormats
 from grabbergui.driver.chunk_image import GEOMETRY, take_image
 from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.genapi.chunk_reader import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
-from grabbergui.driver.genapi.port import ChunkReader
 
 log = logging.getLogger(__name__)
 
@@ -233,87 +231,3 @@ def _invalidate_transport_features(nodes: CameraNodeMap) -> None:
 def _offers(feature: Feature, name: str) -> bool:
     """Whether an enumeration has this entry and it is available."""
     return any(entry.name == name and entry.available for entry in feature.entries)
-
-
-# -- events --------------------------------------------------------------------------------------
-MOST_WAITING = 256
-"""Events kept while the node map is busy; then the oldest is dropped."""
-
-
-class EventDelivery:
-    """Passes events to a function in order, on its own thread, which the first event starts."""
-
-    def __init__(self, deliver: Callable[[int, bytes], None], name: str) -> None:
-        self.dropped = 0
-        "Number of events dropped because the function was too slow."
-        self._deliver = deliver
-        self._waiting: deque[tuple[int, bytes]] = deque()
-        self._changed = threading.Condition()
-        self._closed = False
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-
-    def put(self, event_id: int, message: bytes) -> None:
-        """Queue an event. Any thread; never waits."""
-        with self._changed:
-            if self._closed:
-                return
-            if len(self._waiting) == MOST_WAITING:
-                self._waiting.popleft()
-                if not self.dropped:
-                    log.warning("%s: more arrive than can be read; the oldest are dropped", self._thread.name)
-                self.dropped += 1
-            self._waiting.append((event_id, message))
-            if self._thread.ident is None:
-                self._thread.start()
-            self._changed.notify()
-
-    def close(self) -> None:
-        """Discard queued events and end the thread. Nothing is delivered after return."""
-        with self._changed:
-            self._closed = True
-            self._waiting.clear()
-            self._changed.notify()
-        if self._thread.ident is not None and self._thread is not threading.current_thread():
-            self._thread.join()
-
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._waiting or self._closed)
-                if self._closed:
-                    return
-                event_id, message = self._waiting.popleft()
-            try:
-                self._deliver(event_id, message)
-            except Exception:
-                log.exception("a listener to events failed")
-
-
-# -- polling -------------------------------------------------------------------------------------
-POLL_PERIOD = 0.1
-"""Seconds between checks of GenApi's polling times and of values under an automatic mode."""
-
-
-class Poller:
-    """Calls a function every POLL_PERIOD on its own thread until stopped."""
-
-    def __init__(self, function: Callable[[], None]) -> None:
-        self._function = function
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="feature-poll", daemon=True)
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End the thread and wait for it."""
-        self._stopped.set()
-        if self._thread is not threading.current_thread():
-            self._thread.join()
-
-    def _run(self) -> None:
-        while not self._stopped.wait(POLL_PERIOD):
-            try:
-                self._function()
-            except TransportError as error:
-                log.debug("polling features: %s", error)
-            except GrabberError as error:
-                log.info("polling features: %s", error)

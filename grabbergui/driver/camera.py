@@ -22,9 +22,11 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.driver import acquisition, description_files
-from grabbergui.driver.acquisition import POLL_PERIOD, Acquisition, EventDelivery, Poller
+from grabbergui.driver.acquisition import Acquisition
 from grabbergui.driver.device import Device
+from grabbergui.driver.event_delivery import EventDelivery
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.poller import POLL_PERIOD, Poller
 from grabbergui.driver.reconnection import ReconnectingGrabber
 from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter, validated
 

@@ -13,7 +13,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi.port import chunk_spans
+from grabbergui.driver.genapi.chunk_reader import chunk_spans
 
 GEOMETRY = ("Width", "Height", "PixelFormat", "OffsetX", "OffsetY")
 "Features that describe the image, and with `Chunk` before them the chunks that do."

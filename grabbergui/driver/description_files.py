@@ -24,7 +24,8 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.regular_files import read_bounded
-from grabbergui.driver.device import MAX_STORED_BYTES, Device, unpack
+from grabbergui.driver.description import MAX_STORED_BYTES, unpack
+from grabbergui.driver.device import Device
 
 log = logging.getLogger(__name__)
 

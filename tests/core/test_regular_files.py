@@ -13,6 +13,8 @@ import pytest
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.regular_files import check_regular, open_regular, read_bounded
+from grabbergui.driver import description as descriptions
+from grabbergui.driver.description import FOLDER_VARIABLE
 from patience import PATIENCE
 
 PACKAGE = Path(__file__).parents[2] / "grabbergui"
@@ -152,11 +154,10 @@ def token(path):
 
 
 def description(path):
-    from grabbergui.driver import device
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(device.FOLDER_VARIABLE, str(path.parent))
-        device._read_file(path)
+        patch.setenv(FOLDER_VARIABLE, str(path.parent))
+        descriptions._read_file(path)
 
 
 def upload(path):

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.driver.payload_contents import H264Stream, scan_h264
+from grabbergui.driver.h264 import H264Stream, scan_h264
 
 PROFILES = [
     (256, 128, "baseline", "yuv420p"),

@@ -40,7 +40,7 @@ from grabbergui.driver.aravis.library import (
 )
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
-from grabbergui.driver.genapi.vetting import port_name
+from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gige.bootstrap import (
     BIG_ENDIAN_MODE,
     GVCP_PORT,

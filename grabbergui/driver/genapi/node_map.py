@@ -30,11 +30,16 @@ from grabbergui.core.features import (
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import automatic_mode_of
 from grabbergui.driver.device import Device
-from grabbergui.driver.genapi import node_features, port
-from grabbergui.driver.genapi.node_features import FeatureTree, NodeFeature
-from grabbergui.driver.genapi.port import EventReader, MapLock, RegisterPort
+from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.cleaning import clean_xml, port_name
+from grabbergui.driver.genapi.event_reader import EventReader
+from grabbergui.driver.genapi.feature_tree import FeatureTree
+from grabbergui.driver.genapi.loading import load
+from grabbergui.driver.genapi.map_lock import MapLock
+from grabbergui.driver.genapi.node_callbacks import register_callback
+from grabbergui.driver.genapi.node_features import NodeFeature
+from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.genapi.register_length import require_length
-from grabbergui.driver.genapi.vetting import clean_xml, port_name
 
 log = logging.getLogger(__name__)
 
@@ -65,7 +70,7 @@ class CameraNodeMap:
         text = clean_xml(xml)
         device.use_description(text)
         try:
-            self._map = port.load(text)
+            self._map = load(text)
             with self._lock:
                 self._map.connect(self._port, port_name(text))
         except (genapi.GenericException, RuntimeError) as error:
@@ -398,4 +403,4 @@ class CameraNodeMap:
     def _listen(self) -> None:
         for name in self._descriptions:
             node = self._map.get_node(name).node
-            self._callbacks.append((node, port.register_callback(node, self._lock.changed.add)))
+            self._callbacks.append((node, register_callback(node, self._lock.changed.add)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi.vetting import clean_xml, port_name
+from grabbergui.driver.genapi.cleaning import clean_xml, port_name
 
 _REGISTERS = frozenset({"IntReg", "MaskedIntReg", "FloatReg", "StringReg", "Register"})
 "Elements of one register; `StructReg` has several, its entries."

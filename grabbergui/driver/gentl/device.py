@@ -36,8 +36,9 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, choose, describe, differs, require_same
 from grabbergui.core.uri import DescriptionOption, SourceUri, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import Device, StreamRequest, fetch_description, with_texts
-from grabbergui.driver.genapi.vetting import port_name
+from grabbergui.driver.description import fetch_description
+from grabbergui.driver.device import Device, StreamRequest, with_texts
+from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gentl.producer import (
     FoundCamera,
     GentlStream,

@@ -38,15 +38,11 @@ from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.device import (
-    FrameCounter,
-    StreamRequest,
-    check_payload_size,
-    deliver_or_log,
-    fetch_description,
-)
-from grabbergui.driver.genapi.port import RegisterPort, load
-from grabbergui.driver.genapi.vetting import clean_xml, port_name
+from grabbergui.driver.description import fetch_description
+from grabbergui.driver.device import FrameCounter, StreamRequest, check_payload_size, deliver_or_log
+from grabbergui.driver.genapi.cleaning import clean_xml, port_name
+from grabbergui.driver.genapi.loading import load
+from grabbergui.driver.genapi.port import RegisterPort
 
 log = logging.getLogger(__name__)
 

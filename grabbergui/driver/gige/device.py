@@ -29,8 +29,9 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, distinct_names, require_same
 from grabbergui.core.uri import GigeUriOptions, SourceUri, check_address, is_ip_address, read_options
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.device import DataLayout, Device, StreamRequest, fetch_description
-from grabbergui.driver.genapi.vetting import port_name
+from grabbergui.driver.description import fetch_description
+from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, Capability, Control, Register, StreamChannel, ip_text
 from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory

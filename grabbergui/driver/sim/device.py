@@ -33,7 +33,8 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SimulatedOptions, SourceUri, read_options
 from grabbergui.driver.device import DataLayout, Device, FrameCounter, StreamRequest, deliver_or_log
 from grabbergui.driver.gige.gvcp_messages import Event as Message
-from grabbergui.driver.payload_contents import Contents, H264Stream, PayloadReader
+from grabbergui.driver.h264 import H264Stream
+from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import CHUNK_FEATURE, FILE_NAME, pieces
 from grabbergui.driver.sim.memory import Refusal, Register, RegisterRefusedError, RegisterValue, camera_xml

@@ -21,7 +21,8 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.json_text import to_json
 from grabbergui.core.regular_files import read_bounded
-from grabbergui.driver.device import MAX_XML_BYTES, DataLayout
+from grabbergui.driver.description import MAX_XML_BYTES
+from grabbergui.driver.device import DataLayout
 
 FORMAT = "grabbergui camera report"
 VERSION = 1

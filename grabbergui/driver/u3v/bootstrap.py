@@ -17,7 +17,7 @@ from typing import ClassVar
 
 from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import DeviceStatusError, RemoteProtocolError
-from grabbergui.driver.device import MAX_STORED_BYTES, parses, unpack
+from grabbergui.driver.description import MAX_STORED_BYTES, parses, unpack
 
 log = logging.getLogger(__name__)
 

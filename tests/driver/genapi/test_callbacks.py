@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from fakes import XmlDevice
-from grabbergui.driver.genapi import port
+from grabbergui.driver.genapi import node_callbacks
+from grabbergui.driver.genapi.node_callbacks import binding_leaks
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_bytes()
@@ -45,7 +46,7 @@ class Handed:
 
 def test_that_the_binding_leaks_is_found_out_and_not_assumed(monkeypatch):
     """On a binding that lets go by itself, letting go once more would free what is in use."""
-    kept, register = [], port._register
+    kept, register = [], node_callbacks._register
 
     def mended(node, callback):
         return register(node, lambda value: callback(Handed(value.node)))
@@ -57,7 +58,7 @@ def test_that_the_binding_leaks_is_found_out_and_not_assumed(monkeypatch):
 
         return register(node, call)
 
-    monkeypatch.setattr(port, "_register", mended)
-    assert port.binding_leaks.__wrapped__() is False
-    monkeypatch.setattr(port, "_register", leaking)
-    assert port.binding_leaks.__wrapped__() is True
+    monkeypatch.setattr(node_callbacks, "_register", mended)
+    assert binding_leaks.__wrapped__() is False
+    monkeypatch.setattr(node_callbacks, "_register", leaking)
+    assert binding_leaks.__wrapped__() is True

@@ -12,7 +12,7 @@ from grabbergui import sources
 from grabbergui.core.features import Category, FeatureDescription, FeatureKind
 from grabbergui.driver import acquisition
 from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi.port import LARGEST_CHUNK, MOST_CHUNKS, ChunkReader, without_images
+from grabbergui.driver.genapi.chunk_reader import LARGEST_CHUNK, MOST_CHUNKS, ChunkReader, without_images
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE
 

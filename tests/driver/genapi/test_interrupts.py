@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from grabbergui.driver.genapi.port import HeldInterrupts
+from grabbergui.driver.genapi.map_lock import HeldInterrupts
 from patience import PATIENCE, PROGRAM
 
 

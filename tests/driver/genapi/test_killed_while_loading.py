@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.driver.genapi import port
+from grabbergui.driver.genapi.loading import LARGE_XML
 from patience import PROGRAM
 
 KILLS = int(os.environ.get("GRABBERGUI_KILLS", "1"))
@@ -36,7 +36,7 @@ def description(tmp_path_factory) -> Path:
     )
     path: Path = tmp_path_factory.mktemp("killed") / "large.xml"
     path.write_text(HEAD + nodes + TAIL)
-    assert path.stat().st_size > port.LARGE_XML
+    assert path.stat().st_size > LARGE_XML
     return path
 
 

@@ -14,13 +14,14 @@ import pytest
 from genicam import genapi
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import parse_cache, port
+from grabbergui.driver.genapi import parse_cache
+from grabbergui.driver.genapi.loading import LARGE_XML, load
 from grabbergui.driver.genapi.parse_cache import Known
 from grabbergui.driver.genapi.vetting import vetted
 from patience import PROGRAM
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
-LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * port.LARGE_XML}--></RegisterDescription>")
+LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * LARGE_XML}--></RegisterDescription>")
 VARIABLE = parse_cache._cache.name
 FOLDER = parse_cache._cache.folder
 
@@ -57,18 +58,18 @@ def ending_with(monkeypatch, ended_by: int) -> None:
 
 
 def test_a_full_disk_keeps_no_known_description_from_loading():
-    port.load(LARGE)
+    load(LARGE)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
     try:
-        assert port.load(LARGE).has_node("Width")
+        assert load(LARGE).has_node("Width")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 @pytest.mark.parametrize("xml, processes", [(XML, 0), (LARGE, 1)], ids=["small", "large"])
 def test_only_a_large_description_is_parsed_elsewhere(runs, xml, processes):
-    nodes = port.load(xml)
+    nodes = load(xml)
 
     assert nodes.has_node("Width")
     assert runs == [[".bin"]] * processes
@@ -79,7 +80,7 @@ def test_without_that_process_it_is_parsed_here(monkeypatch, caplog):
     caplog.set_level(logging.INFO)
     monkeypatch.setattr(parse_cache.sys, "executable", "/does/not/exist")
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
     assert "parsed by this process" in caplog.text
     assert not FOLDER.exists()
 
@@ -88,7 +89,7 @@ def test_without_shared_memory_it_is_parsed_here_and_the_log_names_it(monkeypatc
     caplog.set_level(logging.INFO)
     monkeypatch.setattr(parse_cache, "MEMORY", Path("/dev/no-shm"))
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
     assert "/dev/no-shm cannot be written" in caplog.text
 
 
@@ -103,7 +104,7 @@ def test_a_process_that_ends_half_way_leaves_no_half_result(monkeypatch):
 
     monkeypatch.setattr(parse_cache._Parser, "parse", parse)
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
 
 
 @pytest.mark.parametrize(
@@ -114,19 +115,19 @@ def test_what_kills_the_other_process_does_not_get_into_this_one(monkeypatch, en
     ending_with(monkeypatch, ended_by)
 
     with pytest.raises(RemoteProtocolError, match=reason):
-        port.load(LARGE)
+        load(LARGE)
 
 
 def test_a_process_that_somebody_kills_does_not_spoil_the_description(monkeypatch):
     ending_with(monkeypatch, signal.SIGKILL)
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
 
 
 def test_a_large_description_that_is_broken_is_refused_as_a_small_one_is():
     for xml in (XML, LARGE):
         with pytest.raises((genapi.GenericException, RuntimeError), match=r"(?i)xml"):
-            port.load(xml.replace("Integer", "Intruder"))
+            load(xml.replace("Integer", "Intruder"))
     assert not FOLDER.exists()
 
 
@@ -134,57 +135,57 @@ def test_a_large_description_that_is_broken_is_refused_as_a_small_one_is():
 def test_loading_leaves_no_semaphore(xml):
     before = semaphores()
 
-    port.load(xml)
+    load(xml)
 
     assert semaphores() <= before
 
 
 def test_a_known_description_is_neither_vetted_nor_parsed_again(runs, monkeypatch):
-    port.load(LARGE)
+    load(LARGE)
     monkeypatch.setattr(parse_cache, "vetted", None)
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
     assert len(runs) == 1
 
 
 def test_one_that_differs_in_a_letter_is_another(runs):
-    port.load(LARGE)
-    port.load(LARGE.replace("<!-- ", "<!--.", 1))
+    load(LARGE)
+    load(LARGE.replace("<!-- ", "<!--.", 1))
 
     assert len(runs) == 2
 
 
 @pytest.mark.parametrize("kept", ["description.xml", "result", "digest"])
 def test_what_was_kept_and_is_spoilt_is_made_again(cache, runs, kept):
-    port.load(LARGE)
+    load(LARGE)
     (entry,) = cache.iterdir()
     (entry / kept).write_bytes((entry / kept).read_bytes()[:-1])
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
     assert len(runs) == 2
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
     assert len(runs) == 2
 
 
 def test_a_cache_that_others_can_write_to_is_not_used(cache, runs):
-    port.load(LARGE)
+    load(LARGE)
     (entry,) = cache.iterdir()
     entry.chmod(0o777)
 
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
     assert len(runs) == 2
 
 
 def test_what_genapi_cannot_load_is_kept_no_longer(cache, monkeypatch):
     """Otherwise that camera could not be opened until somebody removes the file."""
-    port.load(LARGE)
+    load(LARGE)
     with monkeypatch.context() as patch:
         patch.setattr(parse_cache, "_read", lambda entry: Known("<no description", "0x00.bin", b""))
         with pytest.raises((genapi.GenericException, RuntimeError)):
-            port.load(LARGE)
+            load(LARGE)
 
     assert not any(cache.iterdir())
-    assert port.load(LARGE).has_node("Width")
+    assert load(LARGE).has_node("Width")
 
 
 def test_the_cache_keeps_what_was_used_last(cache, monkeypatch):
@@ -204,7 +205,7 @@ def test_the_cache_keeps_what_was_used_last(cache, monkeypatch):
 
 
 def test_a_semaphore_that_a_dead_process_holds_does_not_stop_a_known_description(cache):
-    port.load(LARGE)
+    load(LARGE)
     (entry,) = cache.iterdir()
     name = (entry / "digest").read_text().split()[1]
     semaphore = parse_cache._semaphore_of(Path(name))
@@ -218,7 +219,7 @@ def test_a_semaphore_that_a_dead_process_holds_does_not_stop_a_known_description
 
 def test_a_semaphore_of_another_user_does_not_stop_a_known_description(cache, monkeypatch):
     """Its name could be seen in /dev/shm. It cannot be removed, and GenApi would wait for it."""
-    port.load(LARGE)
+    load(LARGE)
     really = parse_cache._semaphore_of
     (name,) = ((entry / "digest").read_text().split()[1] for entry in cache.iterdir())
 

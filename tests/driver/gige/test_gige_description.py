@@ -13,14 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
-from grabbergui.driver import device
-from grabbergui.driver.device import (
-    FOLDER_VARIABLE,
-    LocalFile,
-    fetch_description,
-    parse_url,
-    unpack,
-)
+from grabbergui.driver import description
+from grabbergui.driver.description import FOLDER_VARIABLE, LocalFile, fetch_description, parse_url, unpack
 from grabbergui.driver.gige.gvcp import Ack
 
 XML = b'<?xml version="1.0"?><RegisterDescription/>'
@@ -116,7 +110,7 @@ def test_a_camera_reads_only_regular_files_below_that_folder(
     (allowed / "link.xml").symlink_to(private)
     os.mkfifo(allowed / "fifo.xml")
     (allowed / "large.xml").write_bytes(bytes(101))
-    monkeypatch.setattr(device, "MAX_STORED_BYTES", 100)
+    monkeypatch.setattr(description, "MAX_STORED_BYTES", 100)
     monkeypatch.setenv(FOLDER_VARIABLE, str(allowed))
 
     for path in (private, allowed / ".." / "private.xml", allowed / "link.xml", Path("/dev/zero")):
@@ -139,7 +133,7 @@ def test_plain_and_zipped_are_distinguished_by_content() -> None:
 
 
 def test_a_zip_bomb_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(device, "MAX_XML_BYTES", 1 << 20)
+    monkeypatch.setattr(description, "MAX_XML_BYTES", 1 << 20)
     with pytest.raises(RemoteProtocolError, match="grows beyond"):
         unpack(zipped(bytes(4 << 20)))
 

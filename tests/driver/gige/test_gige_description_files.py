@@ -13,8 +13,8 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.grabber import Access
+from grabbergui.driver.description import unpack
 from grabbergui.driver.description_files import HINT
-from grabbergui.driver.device import unpack
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.deviations import Deviations

@@ -19,8 +19,8 @@ from hypothesis import strategies as st
 from grabbergui import sources
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.driver.acquisition import MOST_WAITING, EventDelivery
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
 from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import Interface

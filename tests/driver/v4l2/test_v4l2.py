@@ -33,7 +33,8 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.genapi import port, vetting
+from grabbergui.driver.genapi.cleaning import clean_xml
+from grabbergui.driver.genapi.loading import load
 from grabbergui.driver.v4l2 import device as v4l2_device
 from grabbergui.driver.v4l2 import video as video_module
 from grabbergui.driver.v4l2.description import describe
@@ -342,7 +343,7 @@ def test_the_automatic_exposure_can_be_switched_on_whatever_the_driver_calls_it(
 )
 def test_whatever_a_driver_lists_makes_a_description_that_loads(codes: list[str], control: Control) -> None:
     layout = describe("a camera", codes, FrameSizes.listed([(640, 480)]), [control])
-    nodes = port.load(vetting.clean_xml(layout.xml))
+    nodes = load(clean_xml(layout.xml))
     assert nodes.has_node("Width")
     assert nodes.has_node("PixelFormat") == (codes == ["GREY"])
     assert nodes.has_node("Mode") == bool(control.menu)

@@ -14,7 +14,8 @@ from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.driver.gige.gvsp import Leader, Part, PartType, PayloadKind
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.block_history import distance
-from grabbergui.driver.payload_contents import Contents, H264Stream, PayloadReader, kind_of
+from grabbergui.driver.h264 import H264Stream
+from grabbergui.driver.payload_contents import Contents, PayloadReader, kind_of
 
 _PLAIN = {
     PayloadKind.RAW: PayloadType.RAW_DATA,
