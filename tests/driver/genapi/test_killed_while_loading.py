@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 
+from grabbergui.driver.genapi import loading
 from grabbergui.driver.genapi.loading import LARGE_XML
 from patience import PROGRAM
 
 KILLS = int(os.environ.get("GRABBERGUI_KILLS", "1"))
 LOAD = f"""
 import sys
-from {port.__name__} import load
+from {loading.__name__} import load
 xml = open(sys.argv[1]).read()
 print("loading", flush=True)
 load(xml)

@@ -14,7 +14,7 @@ import pytest
 from genicam import genapi
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.genapi import parse_cache
+from grabbergui.driver.genapi import loading, parse_cache
 from grabbergui.driver.genapi.loading import LARGE_XML, load
 from grabbergui.driver.genapi.parse_cache import Known
 from grabbergui.driver.genapi.vetting import vetted
@@ -210,7 +210,7 @@ def test_a_semaphore_that_a_dead_process_holds_does_not_stop_a_known_description
     name = (entry / "digest").read_text().split()[1]
     semaphore = parse_cache._semaphore_of(Path(name))
     semaphore.write_bytes(bytes(32))  # taken
-    command = [sys.executable, "-c", f"from {port.__name__} import load; load(open(0).read())"]
+    command = [sys.executable, "-c", f"from {loading.__name__} import load; load(open(0).read())"]
     try:
         assert subprocess.run(command, input=LARGE, text=True, timeout=PROGRAM).returncode == 0
     finally:
@@ -253,7 +253,7 @@ def test_a_semaphore_that_a_dead_process_holds_stops_nobody(tmp_path):
     content[0] = 0  # taken
     semaphore.write_bytes(content)
     try:
-        run(f"from {port.__name__} import load; load(xml)")
+        run(f"from {loading.__name__} import load; load(xml)")
     finally:
         semaphore.unlink()
 
