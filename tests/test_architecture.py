@@ -18,7 +18,7 @@ HOMES = {
     "av": (
         "recording/movie_file.py",
         "recording/movie_writer.py",
-        "driver/payload_contents.py",
+        "driver/h264.py",
         "driver/sim/contents.py",
     ),
     "numba": ("core/compiled_loops.py",),

@@ -272,7 +272,6 @@ class FrameSink:
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
-    # -- the sink's thread -----------------------------------------------------------------------
     def _run(self) -> None:
         while not self._stopping.is_set():
             self._call_between()

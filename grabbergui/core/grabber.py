@@ -105,7 +105,6 @@ class FrameGrabber(ABC):
         "Selectors that the current `exclusive` blocks restore at their end. Protected by the lock."
         self._selectors: Selectors | None = None
 
-    # -- connection ------------------------------------------------------------------------------
     @abstractmethod
     def open(self, access: Access = Access.CONTROL) -> None:
         """Connect. Writes nothing to the camera.
@@ -128,7 +127,6 @@ class FrameGrabber(ABC):
         """Why the camera is lost, as display text; empty if it is not. Any thread; never waits."""
         return ""
 
-    # -- features --------------------------------------------------------------------------------
     @abstractmethod
     def feature_tree(self) -> Category:
         """Return the root category, without a request to the camera once it is open."""
@@ -183,7 +181,6 @@ class FrameGrabber(ABC):
     def execute(self, name: str) -> None:
         """Run a command feature and wait until the camera reports it done (at most five seconds)."""
 
-    # -- registers of plain bytes ----------------------------------------------------------------
     def register_length(self, name: str) -> int:
         """Return the size in bytes of a register that is not a feature, such as FileAccessBuffer.
 
@@ -206,7 +203,6 @@ class FrameGrabber(ABC):
             name,
         )
 
-    # -- settings: features with their selectors -------------------------------------------------
     @property
     def selectors(self) -> Selectors:
         """The selectors of each feature, without a request to the camera."""
@@ -322,7 +318,6 @@ class FrameGrabber(ABC):
         hint = f"; did you mean {' or '.join(by_lower[match] for match in near)}?" if near else ""
         return FeatureNotFoundError(f"{self.info.title} has no feature {name[:60]}{hint}", name)
 
-    # -- acquisition -----------------------------------------------------------------------------
     @abstractmethod
     def start(self, *, keep_trigger: bool = False) -> None:
         """Start the stream; do nothing if it is on.

@@ -55,7 +55,6 @@ class Camera(ReconnectingGrabber):
         self._events_open = False
         self._writer: SettingWriter | None = None
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access = Access.CONTROL) -> None:
         with self._lock:
@@ -139,7 +138,6 @@ class Camera(ReconnectingGrabber):
     def access(self) -> Access:
         return self._access
 
-    # -- features --------------------------------------------------------------------------------
     @override
     def feature_tree(self) -> Category:
         return self._opened().root
@@ -252,7 +250,6 @@ class Camera(ReconnectingGrabber):
                 f"{name}: this camera is open for reading only; another application may control it", name
             )
 
-    # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
         """A camera that is lost during the start streams once it is reconnected."""
@@ -291,7 +288,6 @@ class Camera(ReconnectingGrabber):
     def silence(self) -> str:
         return self.device.silence() if self.streaming else ""
 
-    # -- changes ---------------------------------------------------------------------------------
     def _on_features_changed(self, names: frozenset[str]) -> None:
         if len(self.features_changed):
             self.features_changed.emit(names)
@@ -337,7 +333,6 @@ class Camera(ReconnectingGrabber):
         if moving:
             nodes.invalidate(moving)
 
-    # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
         self._acquisition.running = False
         self._lose(reason)

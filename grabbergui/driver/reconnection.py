@@ -47,7 +47,6 @@ class ReconnectingGrabber(FrameGrabber):
     def lost(self) -> str:
         return self._loss
 
-    # -- what a subclass does, with the lock -----------------------------------------------------
     @abstractmethod
     def _known_settings(self) -> dict[SettingKey, FeatureValue]:
         """Return the last known values of settings that this program did not write."""
@@ -63,7 +62,6 @@ class ReconnectingGrabber(FrameGrabber):
         Return what could not be set, and which of the `known` settings others changed, one sentence each.
         """
 
-    # -- from opening to closing -----------------------------------------------------------------
     def _begin_opening(self) -> None:
         self._lost_while_opening = self._loss = ""
 
@@ -98,7 +96,6 @@ class ReconnectingGrabber(FrameGrabber):
         self._loss = ""
         return thread if thread is not threading.current_thread() else None
 
-    # -- the attempts ----------------------------------------------------------------------------
     def _reconnect(self) -> None:
         """Retry until the camera answers or is closed. Refuse another one in its place; report it once."""
         reported = ""

@@ -134,7 +134,6 @@ class AravisDevice(Device):
         self._on_control_lost = CONTROL_LOST_CALLBACK(self._on_signal)
         self._handler = 0
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
         """Open the camera. Aravis always takes control; for MONITOR access it is released again."""
@@ -226,7 +225,6 @@ class AravisDevice(Device):
         if device == self._device:
             self.report_lost("Aravis lost control: the camera does not answer, or another application has it")
 
-    # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
         with self._detecting_loss():
@@ -316,7 +314,6 @@ class AravisDevice(Device):
             raise TransportError("Aravis has no description of this camera")
         return ctypes.string_at(place, size.value)
 
-    # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         """Open the stream, which needs control."""

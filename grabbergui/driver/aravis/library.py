@@ -267,7 +267,6 @@ class AravisStream:
         self._library.arv_stream_push_buffer(self._stream, buffer)
         return True
 
-    # -- receiving thread ------------------------------------------------------------------------
     def _run(self) -> None:
         library = self._library
         while not self._stopping:

@@ -325,7 +325,6 @@ class CameraNodeMap:
             self._callbacks.clear()
             self._nodes.clear()
 
-    # -- inside ----------------------------------------------------------------------------------
     def _node(self, name: str) -> NodeFeature:
         """Return a node as a feature. Raises FeatureAccessError if it has no value."""
         node = self._nodes.get(name)

@@ -85,7 +85,6 @@ class GentlDevice(Device):
         self._identified = False
         "Whether `info` comes from the camera itself."
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
         self.close()
@@ -161,7 +160,6 @@ class GentlDevice(Device):
             f"{self._path.name} does not list {wanted}; found: {known}. Check cable and power"
         )
 
-    # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
         with self._detecting_loss(), answering(f"reading {length} bytes at 0x{address:X}"):
@@ -197,14 +195,12 @@ class GentlDevice(Device):
         except GrabberError as error:
             log.info("%s: the order of registers is the producer's choice: %s", self.info.title, error)
 
-    # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         if self._receiving is not None:
             raise LocalProtocolError("the stream is open already")
         self._receiving = GentlStream(self._opened(), request, deliver, self.report_lost)
 
-    # -- inside ----------------------------------------------------------------------------------
     def _opened(self) -> Any:
         device = self._device
         if device is None:

@@ -268,7 +268,6 @@ class GentlStream:
         """Return a snapshot of the counters. Any thread."""
         return self._counter.statistics()
 
-    # -- buffers ---------------------------------------------------------------------------------
     def _begin(self, request: StreamRequest) -> None:
         stream = self._stream
         size = stream.payload_size if stream.defines_payload_size() else request.payload_size
@@ -311,7 +310,6 @@ class GentlStream:
         array.flags.writeable = False
         return array
 
-    # -- receiving thread ------------------------------------------------------------------------
     def _run(self) -> None:
         errors = 0
         while not self._stopping.is_set():

@@ -90,7 +90,6 @@ class GigeDevice(Device):
         self._numbers = False
         "Whether registers of four bytes are read and written as numbers, see `quirks`."
 
-    # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
         """Connect with control or read-only. Writes only the control privilege."""
         self.close()
@@ -253,7 +252,6 @@ class GigeDevice(Device):
         found = discovery.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else identity_of(memory.read)
 
-    # -- memory ----------------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
         """Read memory of any length and alignment. Raises as `DeviceMemory.read`."""
         memory = self._opened()
@@ -306,7 +304,6 @@ class GigeDevice(Device):
         channels = self._opened().read_optional(Register.STREAM_CHANNELS, 1) & bootstrap.STREAM_CHANNELS_MASK
         return bootstrap.known_registers(min(channels, MOST_CHANNELS))
 
-    # -- events ----------------------------------------------------------------------------------
     def open_events(self) -> None:
         """Open the message channel, if the camera has one."""
         memory = self._opened()
@@ -315,7 +312,6 @@ class GigeDevice(Device):
         interface = self._require_interface()
         self._messages = MessageChannel(memory, self.info.address, interface, self.report_event)
 
-    # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         """Open the chosen stream channels; `deliver` is called on their threads, one call at a time."""
         self._opened()

@@ -123,7 +123,6 @@ class RegisterMemory:
         for register in self._registers:
             self.set(register, register.default)
 
-    # -- the device's own side -------------------------------------------------------------------
     def add_block(self, address: int, content: bytes) -> None:
         """Add read-only bytes, such as the zipped XML, padded with zeros to a multiple of 4."""
         self._blocks.append((address, content + bytes(-len(content) % 4)))
@@ -168,7 +167,6 @@ class RegisterMemory:
         # A frame asks for dozens of registers, which seldom change.
         self._values[register.address] = register.decode(register.encode(value))
 
-    # -- access by a host ------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
         """Read a range that begins in a register or block; gaps between registers read as zeros."""
         for start, content in self._blocks:

@@ -108,7 +108,6 @@ class CameraModel:
         self._show_firmware()
         self._install_hooks()
 
-    # -- the host's side -------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
         """Register bytes. Raises RegisterRefusedError."""
         with self._changed:
@@ -147,7 +146,6 @@ class CameraModel:
         self._send_events()
         return any(heard)
 
-    # -- the stream's side -----------------------------------------------------------------------
     def prepare(self) -> None:
         """Prepare frames with the present settings, before the acquisition starts."""
         self.sensor.prepare(settings_of(self.memory))
@@ -238,7 +236,6 @@ class CameraModel:
             self._latched.popleft()
         return self._latched[0]
 
-    # -- effects of registers --------------------------------------------------------------------
     def _install_hooks(self) -> None:
         memory = self.memory
         for register in DECIDING:
@@ -333,7 +330,6 @@ class CameraModel:
 
         return check
 
-    # -- acquisition -----------------------------------------------------------------------------
     def _start(self) -> None:
         if self.streaming:
             return
@@ -385,7 +381,6 @@ class CameraModel:
             self._queue_event(Event.FRAME_TRIGGER_MISSED, self._sequencer.frames_taken, self.timestamp())
         return taken
 
-    # -- user sets, reset, events ----------------------------------------------------------------
     def _load_user_set(self) -> None:
         if self.streaming:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "user sets cannot be loaded while streaming")

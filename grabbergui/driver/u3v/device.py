@@ -94,7 +94,6 @@ class U3vDevice(Device):
         self._has_clock = False
         self._at_exit: Callable[[], None] | None = None
 
-    # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
         """Open the camera. The USB claim is exclusive, so MONITOR also excludes others."""
@@ -165,7 +164,6 @@ class U3vDevice(Device):
         if technology & Sbrm.CAPABILITY_EIRM:
             self._eirm_address = optional(sbrm + Sbrm.EIRM_ADDRESS, 8)
 
-    # -- watching --------------------------------------------------------------------------------
     def _start_watching(self, camera: UsbCamera, handle: UsbHandle, registers: RegisterAccess) -> None:
         event = camera.event if self._eirm_address else None
         longest = 0
@@ -203,7 +201,6 @@ class U3vDevice(Device):
             self._has_clock = False
             log.info("%s: its clock cannot be read: %s", self.info.title, error)
 
-    # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
         with self._detecting_loss() as registers:
@@ -248,7 +245,6 @@ class U3vDevice(Device):
             raise DeviceLostError(f"{self.info.title} is not open")
         return self._registers
 
-    # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         self.close_stream()

@@ -158,7 +158,6 @@ class _Writer:
         body = "\n".join([root, *categories, *self._nodes, '<Port Name="Device"/>'])
         return f'<?xml version="1.0" encoding="utf-8"?>\n{head}\n{body}\n</RegisterDescription>'.encode()
 
-    # -- features that every device has ----------------------------------------------------------
     def device(self) -> None:
         for name, address in TEXTS.items():
             place = (f"<Address>{address:#x}</Address>", f"<Length>{TEXT_BYTES}</Length>")
@@ -204,7 +203,6 @@ class _Writer:
             visibility = "<Visibility>Expert</Visibility>"
             self._add("TransportLayerControl", name, "Integer", visibility, f"<pValue>{name}Reg</pValue>")
 
-    # -- the driver's controls -------------------------------------------------------------------
     def control(self, address: int, control: Control) -> None:
         standard = STANDARD.get(control.id)
         name = _identifier(standard.name if standard else control.name, self._names)
@@ -249,7 +247,6 @@ class _Writer:
         )
         self._add(category, name, "Converter", head, *formulas)
 
-    # -- nodes -----------------------------------------------------------------------------------
     def _enumeration(
         self,
         category: str,

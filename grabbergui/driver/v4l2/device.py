@@ -121,7 +121,6 @@ class V4l2Device(Device):
     def description(self) -> bytes:
         return self._layout.xml
 
-    # -- registers -------------------------------------------------------------------------------
     @override
     def read(self, address: int, length: int) -> bytes:
         for name, place in TEXTS.items():
@@ -220,12 +219,10 @@ class V4l2Device(Device):
             raise DeviceLostError(f"{self.info.title} is not open")
         return self._video
 
-    # -- stream ----------------------------------------------------------------------------------
     @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         self._receiving = V4l2Stream(self._opened(), request, deliver, self.report_lost)
 
-    # -- loss ------------------------------------------------------------------------------------
     @contextmanager
     def _detecting_loss(self) -> Iterator[None]:
         """Report the loss of a device that was unplugged. Without a stream nothing else notices it."""

@@ -133,7 +133,6 @@ class VideoDevice:
         """Return the file descriptor, for `select`."""
         return self._fd
 
-    # -- controls --------------------------------------------------------------------------------
     def controls(self) -> list[Control]:
         """Return the supported controls, in the driver's order."""
         found = []
@@ -175,7 +174,6 @@ class VideoDevice:
         self._ask("a control", lambda: v4l2.ioctl(self._fd, v4l2.IOC.QUERY_EXT_CTRL, query))
         return bool(query.flags & _LOCKED)
 
-    # -- formats ---------------------------------------------------------------------------------
     def formats(self) -> list[str]:
         """Return the four-character codes of the pixel formats, in the driver's order."""
         with self._asking("its formats"):
@@ -224,7 +222,6 @@ class VideoDevice:
         """Set the frame rate in Hz; the driver chooses its nearest."""
         self._ask("its frame rate", lambda: v4l2.set_fps(self._fd, CAPTURE, rate))
 
-    # -- buffers ---------------------------------------------------------------------------------
     def begin(self, count: int) -> list[memoryview]:
         """Map buffers, queue them and start. Raises AccessDeniedError if another program streams."""
         maps: list[memoryview] = []
@@ -271,7 +268,6 @@ class VideoDevice:
         damaged = bool(buffer.flags & v4l2.BufferFlag.ERROR)
         return Filled(buffer.index, buffer.bytesused, buffer.sequence, stamp_ns, damaged)
 
-    # -- errors ----------------------------------------------------------------------------------
     def _ask(self, what: str, call: Callable[[], Result]) -> Result:
         with self._asking(what):
             return call()

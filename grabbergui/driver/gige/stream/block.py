@@ -148,7 +148,6 @@ class Block(PacketAccount):
         self._unfilled: list[tuple[int, int]] = []
         "Begin and end of what a short packet, or the trailer, left of its place in the buffer as it was."
 
-    # -- storing ---------------------------------------------------------------------------------
     def store(self, header: PacketHeader, body: memoryview) -> None:
         """Copy a packet's content to where it belongs. Raises RemoteProtocolError."""
         packet_id = header.packet_id
@@ -325,7 +324,6 @@ class Block(PacketAccount):
         self._place(offset, data)
         self._pieces.append((packet_id, offset, offset + len(data)))
 
-    # -- completeness ----------------------------------------------------------------------------
     @property
     def only_leader(self) -> bool:
         """Whether only the leader was received: some devices send one when acquisition starts."""
@@ -381,7 +379,6 @@ class Block(PacketAccount):
             and self.received_count == self.highest + 1
         )
 
-    # -- result ----------------------------------------------------------------------------------
     def close(self) -> None:
         """Decide whether the block is complete; no packet is stored afterwards."""
         if self._stride != self.layout.stride:  # packets are in wrong places

@@ -112,7 +112,6 @@ class ControlChannel:
         for register in (*streams, gev.GVSP_CONFIGURATION):
             memory.on_written(register, lambda: self._after.append(self.on_stream_changed))
 
-    # -- datagrams -------------------------------------------------------------------------------
     def receive(self, datagram: bytes, source: Address, now: float) -> list[Outgoing]:
         """Answer one datagram. Never raises, however invalid the datagram is."""
         if not datagram or datagram[0] != KEY:
@@ -208,7 +207,6 @@ class ControlChannel:
         if request.channel < len(gev.CHANNELS):
             self.on_resend(request)
 
-    # -- commands --------------------------------------------------------------------------------
     def _execute(self, header: CommandHeader, payload: bytes, source: Address, now: float) -> list[Outgoing]:
         self._source = source
         executors: dict[int, Callable[[bytes, int], bytes | None]] = {
@@ -309,7 +307,6 @@ class ControlChannel:
             raise Refused(Status.ACTION_LATE)
         return b""
 
-    # -- registers -------------------------------------------------------------------------------
     def _require_read(self) -> None:
         exclusive = self.memory.integer(gev.CCP) & Control.EXCLUSIVE
         if exclusive and self._source != self._controller:

@@ -66,7 +66,6 @@ class Deviations:
             )
         )
 
-    # -- the memory of a little-endian device --------------------------------------------------------
     def read(self, memory: RegisterMemory, read: Read, address: int, length: int) -> bytes:
         """Return the bytes that READMEM reads; `read` reads the registers of `memory`. Raises as it does."""
         data = bytearray(read(address, length))

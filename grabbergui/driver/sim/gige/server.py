@@ -106,7 +106,6 @@ class GigeCamera:
         self._closing.set()
         self._thread.join()
 
-    # -- power -----------------------------------------------------------------------------------
     def _switch_on(self) -> None:
         self.address = self._address_at_power_on()
         interface = interface_of(self.address)
@@ -207,7 +206,6 @@ class GigeCamera:
         self._report_source_port(self.control.memory)
         return True
 
-    # -- threads ---------------------------------------------------------------------------------
     def _run(self) -> None:
         while not self._closing.is_set():
             sockets = self._sockets

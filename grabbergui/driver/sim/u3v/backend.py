@@ -57,7 +57,6 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         self.opened = 0
         "Handles that are open."
 
-    # -- descriptors -----------------------------------------------------------------------------
     def enumerate_devices(self) -> list[SimulatedU3vDevice]:
         """Return the camera, while it is plugged in."""
         return [self.camera] if self.camera.plugged else []
@@ -94,7 +93,6 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         """Return an endpoint by its index."""
         return _interfaces(dev)[intf][1][ep]
 
-    # -- handles ---------------------------------------------------------------------------------
     def open_device(self, dev: SimulatedU3vDevice) -> object:
         """Return a new handle."""
         if self._forbidden:
@@ -127,7 +125,6 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         """Return False: no kernel has a driver for it."""
         return False
 
-    # -- transfers -------------------------------------------------------------------------------
     def ctrl_transfer(
         self,
         dev_handle: object,

@@ -125,7 +125,6 @@ class SimulatedU3vDevice:
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="u3v-camera", daemon=True)
 
-    # -- life ------------------------------------------------------------------------------------
     def start(self) -> None:
         """Switch the camera on."""
         self._thread.start()
@@ -165,7 +164,6 @@ class SimulatedU3vDevice:
         for pipe in self.pipes.values():
             pipe.flush()
 
-    # -- endpoint 0 ------------------------------------------------------------------------------
     def control_request(self, request_type: int, request: int, value: int, index: int) -> bytes | None:
         """Return the data (to be cut to the host's length) for a standard request; None is a stall."""
         if (request_type, request) == (0x80, 6):
@@ -200,7 +198,6 @@ class SimulatedU3vDevice:
                 pipe.clear_halt()
         return b""
 
-    # -- control channel -------------------------------------------------------------------------
     def command(self, transfer: bytes) -> None:
         """Execute a transfer on the control OUT endpoint; its acknowledge goes into the IN pipe."""
         if not transfer:
@@ -268,7 +265,6 @@ class SimulatedU3vDevice:
             raise U3vRefusedError(Status.PAYLOAD_SIZE_NOT_ALIGNED)
         pipe.flush()
 
-    # -- events ----------------------------------------------------------------------------------
     def _on_model_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
         # Big-endian, like all the camera's own registers in the description.
         data = frame_id.to_bytes(8, "big") + timestamp.to_bytes(8, "big")
@@ -283,7 +279,6 @@ class SimulatedU3vDevice:
             self._event_id = self._event_id % 0xFFFF + 1
             pipe.put(event.encode(self._event_id))
 
-    # -- stream ----------------------------------------------------------------------------------
     def _run(self) -> None:
         pool = BufferPool(0)
         pipe = self.pipes[STREAM_IN]

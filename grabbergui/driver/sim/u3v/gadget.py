@@ -182,7 +182,6 @@ class Gadget:
         """Unplug and remove it."""
         self._remove()
 
-    # -- configfs --------------------------------------------------------------------------------
     def _clear_away(self) -> None:
         """Remove what a killed program left. Raises SourceUnavailableError if another has the gadget."""
         if not self._folder.exists():
@@ -284,7 +283,6 @@ class Gadget:
             with contextlib.suppress(OSError):
                 folder.rmdir()
 
-    # -- endpoints -------------------------------------------------------------------------------
     def _serve_setup(self, descriptor: int) -> None:
         """Serve endpoint 0: connection events of the host; requests that the kernel does not serve stall."""
         while not self._stopping:
