@@ -1,4 +1,9 @@
-"""Fetches the description that a camera names."""
+"""Fetches the description that a camera names.
+
+A URL names the description: `Local:name.zip;address;length` in the device's memory (numbers in hexadecimal),
+or `File:` on this host. Data from a device is not trusted: sizes are checked before anything is read, and
+files are read only below a folder that the user chose.
+"""
 
 from __future__ import annotations
 
@@ -23,6 +28,13 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.regular_files import read_bounded
+
+MAX_XML_BYTES = 64 << 20
+"Size limit of an unzipped description; the largest known are below 4 MiB."
+_ZIP_SIGNATURE = b"PK\3\4"
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"The methods that GenICam allows. For others zipfile does not bound what one read may unpack."
+
 
 log = logging.getLogger(__name__)
 
@@ -108,13 +120,6 @@ def _read_file(path: Path) -> bytes:
         return read_bounded(path, MAX_STORED_BYTES, "description")
     except UsageError as error:
         raise RemoteProtocolError(str(error)) from error
-
-
-MAX_XML_BYTES = 64 << 20
-"Size limit of an unzipped description; the largest known are below 4 MiB."
-_ZIP_SIGNATURE = b"PK\3\4"
-_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"The methods that GenICam allows. For others zipfile does not bound what one read may unpack."
 
 
 def unpack(stored: bytes) -> bytes:

@@ -2,10 +2,6 @@
 
 GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `driver.camera.Camera`
 combines any of them with a node map into a `FrameGrabber`.
-
-A URL names the description: `Local:name.zip;address;length` in the device's memory (numbers in hexadecimal),
-or `File:` on this host. Data from a device is not trusted: sizes are checked before anything is read, and
-files are read only below a folder that the user chose.
 """
 
 from __future__ import annotations
@@ -18,9 +14,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol
 
-from grabbergui.core.errors import (
-    TransportError,
-)
+from grabbergui.core.errors import TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import Access

@@ -1,4 +1,9 @@
-"""H.264 streams: their units, their frame size, and their decoder."""
+"""H.264 streams (ITU-T H.264, Annex B): their units, their frame size, and their decoder.
+
+An image is coded as the difference from earlier images, back to the
+last key frame. So its stream keeps the compressed bytes since the last key frame but one, and PyAV decodes up
+to the requested image.
+"""
 
 from __future__ import annotations
 

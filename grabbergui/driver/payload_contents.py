@@ -2,10 +2,6 @@
 
 Components are views of the payload. A payload that cannot be decoded becomes a frame without an image; the
 reason is logged once per stream.
-
-An H.264 image (ITU-T H.264, Annex B byte streams) is coded as the difference from earlier images, back to the
-last key frame. So its stream keeps the compressed bytes since the last key frame but one, and PyAV decodes up
-to the requested image.
 """
 
 from __future__ import annotations
