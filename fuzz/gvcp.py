@@ -7,7 +7,7 @@ import functools
 from fuzz._input import Input, captured, erring, joined, refusing
 from grabbergui.driver.gige import gvcp, gvcp_messages
 from grabbergui.driver.gige.control_channel import ControlChannel as HostChannel
-from grabbergui.driver.gige.gvcp_messages import ForceIp, Identity
+from grabbergui.driver.gige.identity import ForceIp, Identity
 from grabbergui.driver.gige.message_channel import MessageInbox
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import ControlChannel as CameraChannel

@@ -16,7 +16,7 @@ from grabbergui.doctor.gige import (
 )
 from grabbergui.doctor.software import display
 from grabbergui.doctor.usb import transfer_memory, udev_rule
-from grabbergui.driver.gige.discovery import Interface
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.setup.udev_rule import install_udev_rule
 
 

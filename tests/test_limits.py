@@ -27,7 +27,7 @@ from grabbergui.driver import device
 from grabbergui.driver.genapi import cleaning, vetting
 from grabbergui.driver.genapi.cleaning import clean_xml
 from grabbergui.driver.gige import gvcp
-from grabbergui.driver.gige.control_link import DeviceMemory
+from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.u3v import stream_protocol
 from grabbergui.driver.u3v.stream_protocol import StreamRequirements, TransferPlan
 from grabbergui.models import change_tracking

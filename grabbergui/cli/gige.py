@@ -98,7 +98,7 @@ def _add_subnet(parser: argparse.ArgumentParser) -> None:
 
 def _force_ip(options: argparse.Namespace) -> int:
     from grabbergui.driver.gige.address_commands import force_ip
-    from grabbergui.driver.gige.gvcp_messages import ForceIp
+    from grabbergui.driver.gige.identity import ForceIp
 
     force_ip(ForceIp(options.mac, options.ip, options.mask, options.gateway))
     print_line(f"{options.mac} has the address {options.ip} until it restarts; open it as gige:{options.ip}")

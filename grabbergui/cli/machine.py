@@ -68,9 +68,10 @@ def _list(options: argparse.Namespace) -> int:
     for row in rows:
         print_line("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
     if not any(info.bus.startswith("GigE") for info in found):
-        from grabbergui.driver.gige import discovery, reasons
+        from grabbergui.driver.gige import reasons
+        from grabbergui.driver.gige.interfaces import interfaces
 
-        cards = [each for each in discovery.interfaces() if not each.loopback]
+        cards = [each for each in interfaces() if not each.loopback]
         if cards:
             print_line(f"no GigE Vision camera answers; {reasons.not_found(cards)}", error=True)
     return 0

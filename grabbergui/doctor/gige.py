@@ -13,7 +13,8 @@ from grabbergui.core.scheduling import REALTIME, realtime_threads_permitted
 from grabbergui.doctor.findings import Finding, good, note, problem
 
 if TYPE_CHECKING:
-    from grabbergui.driver.gige.discovery import FoundDevice, Interface
+    from grabbergui.driver.gige.discovery import FoundDevice
+    from grabbergui.driver.gige.interfaces import Interface
 
 SYSCTL = Path("/proc/sys/net")
 WANTED_RMEM = 32 * 1024 * 1024
@@ -23,7 +24,8 @@ JUMBO_MTU = 9000
 
 def check_network() -> Iterator[Finding]:
     """The kernel settings, interfaces and cameras of GigE Vision."""
-    from grabbergui.driver.gige.discovery import discover, interfaces
+    from grabbergui.driver.gige.discovery import discover
+    from grabbergui.driver.gige.interfaces import interfaces
 
     yield from receive_buffer(SYSCTL)
     if sys.platform == "linux" and os.cpu_count() != 1:

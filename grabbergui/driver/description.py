@@ -29,14 +29,15 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.regular_files import read_bounded
 
+log = logging.getLogger(__name__)
+
+
 MAX_XML_BYTES = 64 << 20
 "Size limit of an unzipped description; the largest known are below 4 MiB."
 _ZIP_SIGNATURE = b"PK\3\4"
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 "The methods that GenICam allows. For others zipfile does not bound what one read may unpack."
 
-
-log = logging.getLogger(__name__)
 
 MAX_STORED_BYTES = 16 << 20
 "Size limit of a description in a device's memory or in a file."

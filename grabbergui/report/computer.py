@@ -13,7 +13,8 @@ from typing import Any
 from typing_extensions import override
 
 from grabbergui import __version__, doctor
-from grabbergui.driver.gige.discovery import FoundDevice, Interface, Search, interfaces
+from grabbergui.driver.gige.discovery import FoundDevice, Search
+from grabbergui.driver.gige.interfaces import Interface, interfaces
 
 _PACKAGES = ("genicam", "numpy", "opencv-python-headless", "PyQt5", "pyusb", "libusb1", "linuxpy", "rclpy")
 _SEARCH_TIME = 1.0

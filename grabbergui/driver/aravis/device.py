@@ -34,25 +34,18 @@ from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
     CONTROL_LOST_CALLBACK,
     PACKET_SOCKET_DISABLED,
-    AravisStream,
     Failure,
     load,
 )
+from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
 from grabbergui.driver.genapi.cleaning import port_name
-from grabbergui.driver.gige.bootstrap import (
-    BIG_ENDIAN_MODE,
-    GVCP_PORT,
-    Control,
-    Register,
-    known_registers,
-)
-from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, GVCP_PORT, Control, Register, known_registers
+from grabbergui.driver.gige.identity import identity_texts as gige_texts
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 
-# -- cameras -------------------------------------------------------------------------------------
 _list_lock = threading.Lock()
 "Aravis keeps one list for the whole process."
 

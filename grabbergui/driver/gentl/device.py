@@ -39,17 +39,12 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.description import fetch_description
 from grabbergui.driver.device import Device, StreamRequest, with_texts
 from grabbergui.driver.genapi.cleaning import port_name
-from grabbergui.driver.gentl.producer import (
-    FoundCamera,
-    GentlStream,
-    Producer,
-    answering,
-    choose_order_mechanism,
-    opening,
-    text_of,
-)
+from grabbergui.driver.gentl.errors import answering, opening
+from grabbergui.driver.gentl.module_registers import choose_order_mechanism
+from grabbergui.driver.gentl.producer import FoundCamera, Producer, text_of
+from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Register
-from grabbergui.driver.gige.gvcp_messages import identity_texts as gige_texts
+from grabbergui.driver.gige.identity import identity_texts as gige_texts
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 

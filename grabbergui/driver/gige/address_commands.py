@@ -25,9 +25,11 @@ from grabbergui.core.errors import (
 )
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, Register, ip_number, ip_text
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import LIMITED_BROADCAST, interfaces
+from grabbergui.driver.gige.discovery import LIMITED_BROADCAST
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
-from grabbergui.driver.gige.gvcp_messages import Action, ForceIp
+from grabbergui.driver.gige.gvcp_messages import Action
+from grabbergui.driver.gige.identity import ForceIp
+from grabbergui.driver.gige.interfaces import interfaces
 from grabbergui.driver.gige.stream.waits import readable
 
 log = logging.getLogger(__name__)

@@ -34,11 +34,13 @@ from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, Capability, Control, Register, StreamChannel, ip_text
-from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
-from grabbergui.driver.gige.discovery import FoundDevice, Interface, interface_of
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.device_memory import DeviceMemory
+from grabbergui.driver.gige.discovery import FoundDevice
 from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.gvcp_messages import Identity, identity_of
 from grabbergui.driver.gige.heartbeat import Pulse
+from grabbergui.driver.gige.identity import Identity, identity_of
+from grabbergui.driver.gige.interfaces import Interface, interface_of, interfaces
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.quirks import DescriptionTraits, Quirk, known
 from grabbergui.driver.gige.reasons import StreamFacts, no_frames, not_found
@@ -56,6 +58,12 @@ from grabbergui.driver.gige.stream.packet_tests import arriving_sizes
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
+
+
+USUAL_HEARTBEAT_MS = 3000
+"Timeout of a camera that does not report it."
+MOST_CHANNELS = 512
+"Stream channels of a device (GigE Vision, register 0x0904)."
 
 
 class GigeDevice(Device):
@@ -183,7 +191,7 @@ class GigeDevice(Device):
             silent = f"{silent} to '{name}'"
         elif self.identity is not None:
             silent = f"{describe(self.info)} does not answer"
-        asked = discovery.interfaces()
+        asked = interfaces()
         raise SourceNotFoundError(
             f"{silent}; found: {others}; asked through {_named(asked)}. To do:"
             f" {not_found(asked)}; a camera in another network can be named by its IP address, as in"
@@ -217,7 +225,7 @@ class GigeDevice(Device):
         except AckTimeoutError as error:
             if error.postponed:
                 raise TransportError(f"what answers at {ip} is not ready: {error}") from error
-            asked = [each for each in discovery.interfaces() if each.reaches(ip)]
+            asked = [each for each in interfaces() if each.reaches(ip)]
             note = self._note_of(found) or f"; {not_found(asked)}"
             raise SourceNotFoundError(
                 f"no GigE Vision camera answers at {ip}, asked through"
@@ -338,7 +346,7 @@ class GigeDevice(Device):
             self._seen_as,
             first.packet_size,
         )
-        return no_frames(facts, discovery.interfaces() if not facts.statistics.packets else ())
+        return no_frames(facts, interfaces() if not facts.statistics.packets else ())
 
     def test_packets(self) -> list[tuple[int, bool]]:
         """Test packet sizes; see `arriving_sizes`. Needs control, and no stream."""
@@ -367,10 +375,6 @@ def _interface_to(found: FoundDevice | None) -> Interface | None:
     if found is None or not found.reachable or found.interface.loopback or not found.interface.name:
         return None
     return found.interface
-
-
-USUAL_HEARTBEAT_MS = 3000
-"Timeout of a camera that does not report it."
 
 
 def _require_readable(link: ControlLink) -> None:
@@ -402,11 +406,6 @@ def _text_or_none(memory: DeviceMemory, field: bootstrap.Field) -> str:
     except DeviceStatusError as error:
         log.info("the camera has no text at 0x%04X: %s", field.address, error)
         return ""
-
-
-# -- gige: sources -------------------------------------------------------------------------------
-MOST_CHANNELS = 512
-"Stream channels of a device (GigE Vision, register 0x0904)."
 
 
 def create(uri: SourceUri) -> FrameGrabber:

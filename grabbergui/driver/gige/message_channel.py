@@ -10,8 +10,7 @@ from collections.abc import Callable
 
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
 from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register, ip_number
-from grabbergui.driver.gige.control_link import DeviceMemory
-from grabbergui.driver.gige.discovery import Interface, leave_through
+from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
     MAX_PAYLOAD,
@@ -21,6 +20,7 @@ from grabbergui.driver.gige.gvcp import (
     split_command,
 )
 from grabbergui.driver.gige.gvcp_messages import Event
+from grabbergui.driver.gige.interfaces import Interface, leave_through
 
 log = logging.getLogger(__name__)
 

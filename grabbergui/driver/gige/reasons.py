@@ -11,7 +11,7 @@ from itertools import combinations
 
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.discovery import Interface
+from grabbergui.driver.gige.interfaces import Interface
 
 FIREWALL = f"a firewall must let UDP in: sudo ufw allow proto udp from any port {GVCP_PORT}"
 """Remedy where nothing answers: to a stateful firewall, answers to a broadcast are no answers."""

@@ -18,8 +18,8 @@ from typing_extensions import override
 from grabbergui.core.errors import DeviceStatusError, GrabberError
 from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Capability, ip_number
-from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvcp import CommandCode, CommandHeader, Status
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing, Refused
 from grabbergui.driver.sim.gige.deviations import Deviations

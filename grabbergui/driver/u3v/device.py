@@ -31,19 +31,16 @@ from grabbergui.core.uri import SourceUri, U3vOptions, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
 from grabbergui.driver.u3v import bootstrap
-from grabbergui.driver.u3v.bootstrap import (
-    Abrm,
-    Eirm,
-    Sbrm,
-    Sirm,
-    StreamRequirements,
-    read_description,
-)
+from grabbergui.driver.u3v.bootstrap import Abrm, Eirm, Sbrm, Sirm, StreamRequirements, read_description
+from grabbergui.driver.u3v.device_clock import DeviceClock
 from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera, find_cameras
+from grabbergui.driver.u3v.libusb_queue import open_queue
+from grabbergui.driver.u3v.register_access import FIRST_TRANSFER, RegisterAccess
 from grabbergui.driver.u3v.stream_protocol import TransferPlan
-from grabbergui.driver.u3v.threads import DeviceClock, StreamReceiver, Watcher
-from grabbergui.driver.u3v.transfer_queues import TransferQueue, open_queue
-from grabbergui.driver.u3v.usb import FIRST_TRANSFER, RegisterAccess, UsbHandle
+from grabbergui.driver.u3v.stream_receiver import StreamReceiver
+from grabbergui.driver.u3v.transfer_queue import TransferQueue
+from grabbergui.driver.u3v.usb import UsbHandle
+from grabbergui.driver.u3v.watcher import Watcher
 
 log = logging.getLogger(__name__)
 

@@ -37,19 +37,15 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, FrameCounter, StreamRequest, deliver_or_log
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
-from grabbergui.driver.v4l2.video import (
-    ControlKind,
-    CurrentFormat,
-    Filled,
-    FrameSizes,
-    VideoDevice,
-    find,
-)
+from grabbergui.driver.v4l2.finding import find
+from grabbergui.driver.v4l2.video import ControlKind, CurrentFormat, Filled, FrameSizes, VideoDevice
+
+log = logging.getLogger(__name__)
+
 
 if sys.platform != "linux":
     raise ImportError("Video4Linux is a part of Linux")
 
-log = logging.getLogger(__name__)
 
 BUFFERS = 8
 "Number of mapped buffers. Frames are copied out of them, so that consumers may keep frames."

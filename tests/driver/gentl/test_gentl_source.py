@@ -26,7 +26,9 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.gentl import device, producer
-from grabbergui.driver.gentl.producer import BUFFERS
+from grabbergui.driver.gentl import stream as gentl_stream
+from grabbergui.driver.gentl.module_registers import choose_order_mechanism
+from grabbergui.driver.gentl.stream import BUFFERS
 from patience import PATIENCE, TRIES, until
 
 VIKY = Path(genicam.__file__).parent / "viky.cti"
@@ -266,7 +268,7 @@ def test_a_camera_for_which_the_producer_only_times_out_is_lost(grabber, monkeyp
 
 
 def test_no_buffer_is_lost_where_the_producer_fails(grabber, monkeypatch):
-    made = producer.GentlStream._frame
+    made = gentl_stream.GentlStream._frame
     failures = iter(range(2 * BUFFERS))
 
     def failing(self, buffer, index):
@@ -274,8 +276,8 @@ def test_no_buffer_is_lost_where_the_producer_fails(grabber, monkeypatch):
             raise producer.gentl.GenericException("failed (ID: -1001)")
         return made(self, buffer, index)
 
-    monkeypatch.setattr(producer, "ERRORS_IN_A_ROW", 10_000)
-    monkeypatch.setattr(producer.GentlStream, "_frame", failing)
+    monkeypatch.setattr(gentl_stream, "ERRORS_IN_A_ROW", 10_000)
+    monkeypatch.setattr(gentl_stream.GentlStream, "_frame", failing)
     queue = grabber.open_queue(1)
     grabber.start()
     assert queue.get(PATIENCE).complete
@@ -295,7 +297,7 @@ def test_a_buffer_that_the_producer_does_not_take_is_offered_again(grabber, monk
     grabber.start()
     queue.get(PATIENCE)
     monkeypatch.setattr(producer.gentl.DataStream, "queue_buffer", failing)
-    monkeypatch.setattr(producer, "ERRORS_IN_A_ROW", 10_000)
+    monkeypatch.setattr(gentl_stream, "ERRORS_IN_A_ROW", 10_000)
     until(lambda: len(failures) == BUFFERS + 2, "the last failure")
     queue.clear()
     assert queue.get(PATIENCE).complete
@@ -331,7 +333,7 @@ class LocalModule:
 @pytest.mark.parametrize(("numbers", "value"), [(True, 0), (False, 1)])
 def test_a_producer_is_told_how_registers_are_accessed(numbers, value):
     module = LocalModule()
-    producer.choose_order_mechanism(SimpleNamespace(local_port=module), numbers=numbers)
+    choose_order_mechanism(SimpleNamespace(local_port=module), numbers=numbers)
     assert int.from_bytes(module.mechanism, "little") == value
 
 

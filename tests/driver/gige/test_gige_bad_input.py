@@ -20,10 +20,10 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.bootstrap import FIRST_URL, SECOND_URL
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
-from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, Identity
 from grabbergui.driver.gige.gvsp import Leader, Trailer
+from grabbergui.driver.gige.identity import DISCOVERY_REQ_ID, Identity
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev

@@ -23,7 +23,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import quirks
 from grabbergui.driver.gige.bootstrap import Capability
 from grabbergui.driver.gige.device import GigeDevice, create
-from grabbergui.driver.gige.gvcp_messages import Identity, identity_of
+from grabbergui.driver.gige.identity import Identity, identity_of
 from grabbergui.driver.gige.quirks import DescriptionTraits, Quirk
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev

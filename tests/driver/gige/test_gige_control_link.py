@@ -20,7 +20,8 @@ from grabbergui.core.errors import (
 from grabbergui.driver.gige import gvcp, privilege
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control_channel import ControlTiming
-from grabbergui.driver.gige.control_link import ControlLink, DeviceMemory
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.gige.gvcp import Ack, WriteMem, WriteReg
 from grabbergui.driver.gige.heartbeat import Pulse
 from patience import PATIENCE, TRIES, until

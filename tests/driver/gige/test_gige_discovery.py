@@ -20,9 +20,10 @@ from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import device, discovery
 from grabbergui.driver.gige.bootstrap import Capability, PacketSizeFlag, StreamChannel
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import FoundDevice, Interface, discover, interface_of, interfaces
+from grabbergui.driver.gige.discovery import FoundDevice, discover
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
-from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, NO_MAC, Identity
+from grabbergui.driver.gige.identity import DISCOVERY_REQ_ID, NO_MAC, Identity
+from grabbergui.driver.gige.interfaces import Interface, interface_of, interfaces
 from grabbergui.driver.gige.stream.packet_size import TEST_TRIES, PacketSizePolicy, PacketSizer
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera

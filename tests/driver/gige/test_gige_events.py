@@ -23,9 +23,9 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
 from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import Interface
 from grabbergui.driver.gige.gvcp import KEY, Ack, CommandCode, CommandHeader, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera

@@ -17,7 +17,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import bootstrap, device
 from grabbergui.driver.gige.address_commands import force_ip
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.gvcp_messages import ForceIp
+from grabbergui.driver.gige.identity import ForceIp
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import until

@@ -22,7 +22,7 @@ from grabbergui.driver.gige.address_commands import (
 )
 from grabbergui.driver.gige.bootstrap import IpConfigurationBit
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.gvcp_messages import ForceIp
+from grabbergui.driver.gige.identity import ForceIp
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 

@@ -13,9 +13,8 @@ from grabbergui.cli import main
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.doctor import gige
-from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.discovery import Interface
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.reasons import FIREWALL, StreamFacts, no_frames, not_found
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.models.diagnosis import Observation, Stage, diagnose
@@ -82,7 +81,7 @@ def test_a_stream_that_is_cut_off_reports_it_everywhere(
 def test_list_says_what_hides_cameras(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(discovery, "interfaces", lambda: [CARD])
+    monkeypatch.setattr("grabbergui.driver.gige.interfaces.interfaces", lambda: [CARD])
     monkeypatch.setattr(sources, "discover", lambda timeout, longer: [])
     assert main(["list"]) == 0
     assert FIREWALL in capsys.readouterr().err

@@ -14,7 +14,7 @@ from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.driver.gige.bootstrap import Register, StreamChannel
-from grabbergui.driver.gige.control_link import DeviceMemory
+from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera

@@ -21,7 +21,7 @@ from grabbergui.driver.gige.gvcp import (
     WriteMem,
     WriteReg,
 )
-from grabbergui.driver.gige.gvcp_messages import ForceIp, Identity, encode_discovery
+from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 
 REQUESTS = {message.CODE: message for message in (ReadReg, WriteReg, ReadMem, WriteMem)}
 

@@ -9,16 +9,8 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.driver.gige.gvcp import FLAG_EXTENDED_IDS, CommandCode, split_command
-from grabbergui.driver.gige.gvcp_messages import (
-    NO_CHANNEL,
-    Action,
-    Event,
-    ForceIp,
-    Identity,
-    encode_discovery,
-    identity_texts,
-    parse_mac,
-)
+from grabbergui.driver.gige.gvcp_messages import NO_CHANNEL, Action, Event
+from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery, identity_texts, parse_mac
 
 # Every number has its highest bit set, so that none is written or read as signed.
 EVENTS = [

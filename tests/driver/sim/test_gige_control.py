@@ -19,7 +19,8 @@ from grabbergui.driver.gige.gvcp import (
     WriteReg,
     encode_command,
 )
-from grabbergui.driver.gige.gvcp_messages import Action, Event, ForceIp, Identity, encode_discovery
+from grabbergui.driver.gige.gvcp_messages import Action, Event
+from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import SLOW_COMMAND_S, ControlChannel

@@ -22,8 +22,9 @@ from grabbergui.driver.gige.gvcp import (
     WriteReg,
     encode_command,
 )
-from grabbergui.driver.gige.gvcp_messages import Action, ForceIp, Identity, encode_discovery
+from grabbergui.driver.gige.gvcp_messages import Action
 from grabbergui.driver.gige.gvsp import Leader
+from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera, serve

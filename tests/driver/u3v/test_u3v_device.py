@@ -10,18 +10,14 @@ import pytest
 from u3v_frames import grab
 
 from grabbergui.core import frame as frame_module
-from grabbergui.core.errors import (
-    AccessDeniedError,
-    DeviceStatusError,
-    PixelFormatError,
-)
+from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.u3v.bootstrap import Abrm
-from grabbergui.driver.u3v.threads import DeviceClock
+from grabbergui.driver.u3v.device_clock import DeviceClock
 from patience import PATIENCE, until
 
 

@@ -25,8 +25,8 @@ from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.registers import CONTROL_IN, STREAM_IN
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.stream_protocol import Leader
-from grabbergui.driver.u3v.threads import Watcher
 from grabbergui.driver.u3v.usb import UsbHandle
+from grabbergui.driver.u3v.watcher import Watcher
 from patience import PATIENCE, until
 
 

@@ -11,10 +11,10 @@ import pytest
 
 usb1 = pytest.importorskip("usb1", reason="python-libusb1 is not installed")
 
-from grabbergui.driver.u3v import transfer_queues  # noqa: E402
+from grabbergui.driver.u3v import libusb_queue  # noqa: E402
 from grabbergui.driver.u3v.block_assembler import Block, Kind, Request  # noqa: E402
 from grabbergui.driver.u3v.enumeration import UsbCamera  # noqa: E402
-from grabbergui.driver.u3v.transfer_queues import LibusbQueue  # noqa: E402
+from grabbergui.driver.u3v.libusb_queue import LibusbQueue  # noqa: E402
 from grabbergui.driver.u3v.usb import BulkInterface  # noqa: E402
 
 
@@ -89,8 +89,8 @@ class Bus:
 @pytest.fixture
 def bus(monkeypatch: pytest.MonkeyPatch) -> Bus:
     bus = Bus()
-    monkeypatch.setattr(transfer_queues.usb1, "USBContext", lambda: bus)
-    monkeypatch.setattr(transfer_queues.usb1, "loadLibrary", lambda _: None)
+    monkeypatch.setattr(libusb_queue.usb1, "USBContext", lambda: bus)
+    monkeypatch.setattr(libusb_queue.usb1, "loadLibrary", lambda _: None)
     return bus
 
 
@@ -134,7 +134,7 @@ def test_requests_into_the_same_memory_have_a_transfer_each(queue: LibusbQueue, 
 def test_transfers_of_memory_that_is_not_used_again_are_closed(
     queue: LibusbQueue, bus: Bus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(transfer_queues, "MOST_PREPARED", 4)
+    monkeypatch.setattr(libusb_queue, "MOST_PREPARED", 4)
     buffers = np.zeros((10, 1024), np.uint8)
 
     for buffer in buffers:

@@ -13,8 +13,9 @@ from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
 from grabbergui.driver.u3v.bootstrap import Abrm, DeviceInfoDescriptor, Sbrm, read_description, split
 from grabbergui.driver.u3v.gencp import CommandId, Packet
+from grabbergui.driver.u3v.register_access import RegisterAccess
 from grabbergui.driver.u3v.stream_protocol import TransferPlan, is_leader
-from grabbergui.driver.u3v.usb import BulkInterface, RegisterAccess
+from grabbergui.driver.u3v.usb import BulkInterface
 
 CONTROL = BulkInterface(0, 0x81, 0x01, 1024)
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from grabbergui.core.errors import TransportError
-from grabbergui.driver.u3v import threads
+from grabbergui.driver.u3v import watcher
 from grabbergui.driver.u3v.gencp import Event
-from grabbergui.driver.u3v.threads import ERRORS_IN_A_ROW, Watcher
 from grabbergui.driver.u3v.usb import BulkInterface, EndpointHaltedError, UsbTimeoutError
+from grabbergui.driver.u3v.watcher import ERRORS_IN_A_ROW, Watcher
 from patience import until
 
 EVENTS = BulkInterface(1, 0x82, 0, 1024)
@@ -59,7 +59,7 @@ Watch = Callable[[Handle], tuple[list[int], list[str]]]
 
 @pytest.fixture
 def watch(monkeypatch) -> Iterator[Watch]:
-    monkeypatch.setattr(threads, "EVENT_WAIT", 0.001)
+    monkeypatch.setattr(watcher, "EVENT_WAIT", 0.001)
     watchers: list[Watcher] = []
 
     def begin(handle: Handle) -> tuple[list[int], list[str]]:
@@ -100,7 +100,7 @@ def test_one_is_enough_if_the_camera_is_lost(watch: Watch) -> None:
 def test_an_endpoint_that_always_stalls_does_not_occupy_the_processor(
     watch: Watch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(threads, "EVENT_WAIT", 0.05)
+    monkeypatch.setattr(watcher, "EVENT_WAIT", 0.05)
     handle = StallingHandle()
     begun = time.monotonic()
     _, lost = watch(handle)

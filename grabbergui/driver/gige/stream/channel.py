@@ -9,12 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
-from grabbergui.core.errors import (
-    AccessDeniedError,
-    GrabberError,
-    TransportError,
-    UsageError,
-)
+from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError, UsageError
 from grabbergui.core.frame import BufferPool, Frame
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.device import StreamRequest, check_payload_size
@@ -31,8 +26,8 @@ from grabbergui.driver.gige.bootstrap import (
     ip_number,
     ip_text,
 )
-from grabbergui.driver.gige.control_link import DeviceMemory
-from grabbergui.driver.gige.discovery import Interface, leave_through
+from grabbergui.driver.gige.device_memory import DeviceMemory
+from grabbergui.driver.gige.interfaces import Interface, leave_through
 from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.batch_source import BatchSource
@@ -41,12 +36,7 @@ from grabbergui.driver.gige.stream.datagram_source import DatagramSource, PlainS
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_delay import PacketDelayPolicy, settle_delay
 from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
-from grabbergui.driver.gige.stream.packet_size import (
-    SMALLEST,
-    UNKNOWN_SIZE,
-    PacketSizePolicy,
-    PacketSizer,
-)
+from grabbergui.driver.gige.stream.packet_size import SMALLEST, UNKNOWN_SIZE, PacketSizePolicy, PacketSizer
 from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 from grabbergui.driver.gige.stream.socket_group import widen

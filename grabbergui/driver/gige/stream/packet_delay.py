@@ -7,12 +7,8 @@ import re
 from dataclasses import dataclass
 
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.gige.bootstrap import (
-    Capability,
-    Register,
-    StreamChannel,
-)
-from grabbergui.driver.gige.control_link import DeviceMemory
+from grabbergui.driver.gige.bootstrap import Capability, Register, StreamChannel
+from grabbergui.driver.gige.device_memory import DeviceMemory
 
 log = logging.getLogger(__name__)
 

@@ -8,14 +8,10 @@ import time
 from dataclasses import dataclass
 
 from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, UsageError
-from grabbergui.driver.gige.bootstrap import (
-    PACKET_SIZE_MASK,
-    PacketSizeFlag,
-    StreamChannel,
-)
-from grabbergui.driver.gige.control_link import DeviceMemory
-from grabbergui.driver.gige.discovery import Interface
+from grabbergui.driver.gige.bootstrap import PACKET_SIZE_MASK, PacketSizeFlag, StreamChannel
+from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.stream.waits import readable
 
 log = logging.getLogger(__name__)

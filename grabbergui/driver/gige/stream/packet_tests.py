@@ -7,8 +7,8 @@ from contextlib import suppress
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.driver.gige.bootstrap import StreamChannel, ip_number
-from grabbergui.driver.gige.control_link import DeviceMemory
-from grabbergui.driver.gige.discovery import Interface
+from grabbergui.driver.gige.device_memory import DeviceMemory
+from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.stream.packet_size import SMALLEST, STEP, USUAL_SIZES, PacketSizer
 
 

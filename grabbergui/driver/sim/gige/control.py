@@ -32,7 +32,8 @@ from grabbergui.driver.gige.gvcp import (
     encode_write_ack,
     split_command,
 )
-from grabbergui.driver.gige.gvcp_messages import Action, Event, ForceIp
+from grabbergui.driver.gige.gvcp_messages import Action, Event
+from grabbergui.driver.gige.identity import ForceIp
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.deviations import Deviations

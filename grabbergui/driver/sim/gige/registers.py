@@ -14,7 +14,7 @@ from grabbergui.driver.gige.bootstrap import (
     StreamChannel,
     ip_number,
 )
-from grabbergui.driver.gige.gvcp_messages import Identity
+from grabbergui.driver.gige.identity import Identity
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport, zipped

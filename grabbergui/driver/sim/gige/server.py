@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, ip_number, ip_text
-from grabbergui.driver.gige.discovery import Interface, interface_of
+from grabbergui.driver.gige.interfaces import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.files import FileStore
 from grabbergui.driver.sim.gige import registers as gev

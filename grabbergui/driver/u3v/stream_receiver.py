@@ -1,8 +1,4 @@
-"""The two threads of an open camera.
-
-`StreamReceiver` keeps requests in flight and delivers frames. `Watcher` receives events, detects unplugging
-and has the camera's clock read, by which `DeviceClock` dates the frames.
-"""
+"""Receives the stream of a USB3 Vision camera in a thread: keeps requests in flight and delivers frames."""
 
 from __future__ import annotations
 
@@ -16,173 +12,20 @@ from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
 from grabbergui.core.component import PayloadType
-from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.core.errors import DeviceLostError, GrabberError
 from grabbergui.core.frame import BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.device import FrameCounter
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
-from grabbergui.driver.u3v.gencp import decode_events
-from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan, round_up
+from grabbergui.driver.u3v.device_clock import DeviceClock
+from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan
 from grabbergui.driver.u3v.stream_protocol import PayloadType as U3vPayloadType
-from grabbergui.driver.u3v.transfer_queues import Outcome, TransferQueue
-from grabbergui.driver.u3v.usb import BulkInterface, EndpointHaltedError, UsbHandle, UsbTimeoutError
+from grabbergui.driver.u3v.transfer_queue import Outcome, TransferQueue
+from grabbergui.driver.u3v.watcher import ERRORS_IN_A_ROW
 
 log = logging.getLogger(__name__)
 
-# -- the camera's clock --------------------------------------------------------------------------
-BRACKETS = 3
-"Number of readings, of which the fastest counts."
-APART_NS = 100_000_000
-"Between two readings that show how fast the device's clock runs; each may be a millisecond wrong."
-MOST_DRIFT = 0.05
-"Share by which a clock may be slow; one in other units than nanoseconds is slower by far."
-
-
-class DeviceClock:
-    """Maps device time to host time (`time.monotonic_ns`), from a simultaneous reading of both clocks.
-
-    Any thread may map; each new reading corrects the clocks' drift. A clock that proves slow is not used: it
-    would date frames before their exposure, by more from reading to reading.
-    """
-
-    def __init__(self) -> None:
-        self._offset: int | None = None
-        self._reading: tuple[int, int] | None = None
-        "Host time and device time, by which later readings are judged."
-        self._slow = False
-
-    def synchronise(self, latch: Callable[[], None], read_ns: Callable[[], int]) -> None:
-        """Latch the device's time, then read it; use the fastest of a few readings.
-
-        Errors of either call pass through.
-        """
-        readings = []
-        for _ in range(BRACKETS):
-            before = time.monotonic_ns()
-            latch()
-            after = time.monotonic_ns()
-            readings.append((after - before, (before + after) // 2, read_ns()))
-        _, host, device = min(readings)
-        if self._reading is None or device < self._reading[1]:  # the first, or the clock was set back
-            self._reading, self._slow = (host, device), False
-        elif (elapsed := host - self._reading[0]) >= APART_NS:
-            self._slow = device - self._reading[1] < (1 - MOST_DRIFT) * elapsed
-            self._reading = (host, device)
-        self._offset = None if self._slow else host - device
-
-    def forget(self) -> None:
-        """Drop the readings, because the device or its clock's origin changes."""
-        self._offset = self._reading = None
-
-    def host_time(self, device_ns: int, arrival_ns: int) -> int:
-        """Return the host time of a device timestamp; the arrival time if unknown or implausible."""
-        if self._offset is None or not device_ns:
-            return arrival_ns
-        mapped = device_ns + self._offset
-        # A difference of more than a minute is a different clock, not a delay.
-        return mapped if 0 <= arrival_ns - mapped < 60_000_000_000 else arrival_ns
-
-
-# -- watching ------------------------------------------------------------------------------------
-LARGEST_EVENT = 65536
-"Largest event packet in bytes, whatever the camera announces."
-EVENT_WAIT = 0.2
-"Seconds after which the watching thread checks whether it should end."
-PRESENCE_PERIOD = 1.0
-"Seconds between checks whether a camera without an event interface is still plugged in."
-ERRORS_IN_A_ROW = 5
-"Failed transfers of one thread after which a camera counts as lost, although it is still plugged in."
-CLOCK_PERIOD = 10.0
-"Seconds between readings of the camera's clock, which may drift by up to a millisecond in that time."
-CLOCK_CHECK = 1.0
-"Seconds until the second reading, which shows whether the clock is of any use."
-
-
-class Watcher:
-    """The watching thread, from construction until `stop`. Calls `on_event` and `on_lost`."""
-
-    def __init__(
-        self,
-        handle: UsbHandle,
-        event: BulkInterface | None,
-        longest_event: int,
-        on_event: Callable[[int, bytes], None],
-        on_lost: Callable[[str], None],
-        synchronise_clock: Callable[[], None],
-    ) -> None:
-        self.ignored = 0
-        "Number of malformed event packets."
-        self._handle = handle
-        self._event = event
-        self._on_event = on_event
-        self._on_lost = on_lost
-        self._synchronise_clock = synchronise_clock
-        self._errors = 0
-        "Failed event transfers since the last successful one."
-        self._stopping = threading.Event()
-        packet_size = event.packet_size if event else 1024
-        room = round_up(min(max(longest_event, packet_size), LARGEST_EVENT), packet_size)
-        self._inbox = np.zeros(room, np.uint8)
-        self._thread = threading.Thread(target=self._run, name="u3v-watch", daemon=True)
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End the thread and wait for it. No function is called after return."""
-        self._stopping.set()
-        if self._thread is not threading.current_thread():
-            self._thread.join()
-
-    def _run(self) -> None:
-        next_clock = time.monotonic() + CLOCK_CHECK
-        try:
-            while not self._stopping.is_set():
-                if self._event is not None:
-                    self._receive(self._event)
-                elif not self._stopping.wait(PRESENCE_PERIOD) and not self._handle.is_present():
-                    raise DeviceLostError(f"{self._handle.name} was unplugged")
-                if time.monotonic() >= next_clock:
-                    next_clock = time.monotonic() + CLOCK_PERIOD
-                    self._synchronise_clock()
-        except GrabberError as error:
-            if not self._stopping.is_set():
-                self._on_lost(str(error))
-
-    def _receive(self, event: BulkInterface) -> None:
-        try:
-            length = self._handle.read_into(event.endpoint_in, event.number, self._inbox, EVENT_WAIT)
-        except UsbTimeoutError:
-            return
-        except EndpointHaltedError:
-            self._handle.clear_halt(event.endpoint_in)
-            self._stopping.wait(EVENT_WAIT)  # unlike a timeout, a stall returns immediately
-            return
-        except DeviceLostError:
-            raise
-        except TransportError as error:
-            self._tolerate(error)
-            return
-        self._errors = 0
-        try:
-            records = decode_events(self._inbox[:length].tobytes())
-        except RemoteProtocolError as error:
-            self.ignored += 1
-            log.debug("event: %s", error)
-            return
-        for record in records:
-            # GenApi's adapter needs a whole packet and reads only its first record.
-            self._on_event(record.event_id, record.encode(0))
-
-    def _tolerate(self, error: TransportError) -> None:
-        """Tolerate a bus error or an event that is too long; re-raise the error after too many of them."""
-        log.info("event: %s", error)
-        self._errors += 1
-        if self._errors > ERRORS_IN_A_ROW or not self._handle.is_present():
-            raise error
-        self._stopping.wait(EVENT_WAIT)  # unlike a timeout, a failure returns immediately
-
-
-# -- the stream ----------------------------------------------------------------------------------
 BYTES_IN_FLIGHT = 8 << 20
 "Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
 STREAM_WAIT = 0.1
