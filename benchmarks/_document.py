@@ -22,6 +22,7 @@ so for one section.
 ORDER = (
     "Tuning",
     "GigE Vision",
+    "GigE Vision, losses and latency",
     "USB3 Vision",
     "Both networks at once",
     "The DDS profile",

@@ -63,7 +63,6 @@ Receiver = Callable[[int, float], Run]
 "Takes the packet size in bytes and the duration in seconds."
 
 
-# -- in a process of their own -----------------------------------------------------------------------
 def receive_ours(packet_size: int, seconds: float, options: str = "") -> Run:
     """Receive with this driver; count from the first frame on."""
     from grabbergui import sources
@@ -165,7 +164,6 @@ def in_child(name: str, packet_size: int, seconds: float) -> Run:
     return Run(**{**json.loads(text.splitlines()[-1]), "memory": memory})
 
 
-# -- Aravis ------------------------------------------------------------------------------------------
 def run_aravis(packet_size: int, seconds: float) -> Run:
     """Run arv-camera-test; subtract the CPU time of opening, which is measured separately."""
     _, opening, _ = _measured(["arv-tool-0.8", "-a", ADDRESS, "control", "Width"])
@@ -205,7 +203,6 @@ def _measured(command: list[str]) -> tuple[str, float, int]:
     return text, usage.ru_utime + usage.ru_stime, usage.ru_maxrss << 10
 
 
-# -- what this machine has ---------------------------------------------------------------------------
 def receivers() -> dict[str, Receiver]:
     """Return the receivers for rates and costs."""
     found: dict[str, Receiver] = {"ours": functools.partial(in_child, "ours")}

@@ -106,7 +106,7 @@ def measure(arguments: list[str] | None = None) -> Section:
             found[case] = {name: middle(done) for name, done in runs.items()}
             print(case.name, {name: rounded(run, case) for name, run in found[case].items()}, flush=True)
     return Section(
-        "GigE Vision on a card-like wire",
+        "GigE Vision",
         "python -m benchmarks gige_wire          # as root; five minutes",
         METHOD.format(flush=FLUSH_NS / 1000, runs=options.runs, seconds=options.seconds),
         [cost_table(found)],
