@@ -71,7 +71,7 @@ def compare(case: Case, seconds: float, runs: int, found: dict[str, Receiver]) -
             except ReceiverError as error:
                 if name == "ours":
                     raise
-                print(f"{case.name}: {error}", flush=True)
+                print(f"{name}: {error}", flush=True)
             else:
                 results.setdefault(name, []).append(run)
     return results
