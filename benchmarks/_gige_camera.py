@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import TestPattern
 
 ADDRESS = "127.0.79.9"
 WIDTH, HEIGHT = 4096, 256
@@ -23,7 +24,7 @@ _FEW_LINES = {
     reg.WIDTH: WIDTH,
     reg.HEIGHT: HEIGHT,
     reg.PIXEL_FORMAT: PIXEL_FORMAT.code,
-    reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
+    reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP),
 }
 COUNTED_WIDTH, COUNTED_HEIGHT, COUNTED_RATE = 2048, 2048, 25.0
 _COUNTED = {
@@ -31,7 +32,7 @@ _COUNTED = {
     reg.HEIGHT: COUNTED_HEIGHT,
     reg.FRAME_RATE_ENABLE: 1,
     reg.FRAME_RATE: COUNTED_RATE,
-    reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
+    reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
 }
 GIGABIT = 125e6
 "Bandwidth of the link, bytes per second."

@@ -50,6 +50,7 @@ def be_camera(pipe: Connection, size: Size) -> None:
     """
     from grabbergui.core.pfnc import by_name
     from grabbergui.driver.sim import registers as reg
+    from grabbergui.driver.sim.enumerations import TestPattern
     from grabbergui.driver.sim.gige import registers as gev
     from grabbergui.driver.sim.gige.server import GigeCamera
     from grabbergui.driver.sim.sensor import Sensor
@@ -76,7 +77,7 @@ def be_camera(pipe: Connection, size: Size) -> None:
             reg.WIDTH: size.width,
             reg.HEIGHT: size.height,
             reg.PIXEL_FORMAT: by_name("Mono8").code,
-            reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
+            reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
             reg.FRAME_RATE_ENABLE: 1,
             reg.FRAME_RATE: size.rate,
             reg.EXPOSURE_TIME: EXPOSURE_US,

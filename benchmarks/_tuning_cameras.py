@@ -25,6 +25,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
+from grabbergui.driver.sim.enumerations import TransportLayer
 from grabbergui.driver.sim.memory import Register, RegisterValue
 from grabbergui.driver.sim.model import CameraModel, FramePlan
 
@@ -122,7 +123,7 @@ def u3v() -> Iterator[Tuned]:
     from grabbergui.driver.u3v.device import U3vDevice
 
     noted = _Noted()
-    model = CameraModel(power_on={**power_on(), reg.DEVICE_TL_TYPE: int(reg.TransportLayer.USB3_VISION)})
+    model = CameraModel(power_on={**power_on(), reg.DEVICE_TL_TYPE: int(TransportLayer.USB3_VISION)})
     noted.watch(model)
     device = SimulatedU3vDevice(model)
     device.start()

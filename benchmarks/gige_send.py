@@ -15,6 +15,7 @@ import time
 from multiprocessing.connection import Connection
 
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.gige.server import GigeCamera
 
 ADDRESS = "127.79.0.1"
@@ -59,7 +60,7 @@ def send(packet_size: int, seconds: float) -> None:
             reg.HEIGHT: reg.SENSOR_HEIGHT,
             reg.FRAME_RATE_ENABLE: 0,
             reg.EXPOSURE_TIME: 1000.0,
-            reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
+            reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP),
         },
     )
     try:

@@ -29,6 +29,7 @@ from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
@@ -91,7 +92,7 @@ def fast_camera(name: str, width: int, height: int) -> CameraModel:
             reg.PIXEL_FORMAT: by_name(name).code,
             reg.EXPOSURE_TIME: 10.0,
             reg.FRAME_RATE_ENABLE: 0,
-            reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
+            reg.TEST_PATTERN: TestPattern.GREY_HORIZONTAL_RAMP,
         }
     )
 

@@ -12,9 +12,10 @@ from grabbergui.driver import gendc
 from grabbergui.driver.gendc import Component, Container, Part
 from grabbergui.driver.payload_contents import Contents
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import H264Encoder, complete, payload_bytes
+from grabbergui.driver.sim.contents import complete, payload_bytes
+from grabbergui.driver.sim.enumerations import Chunk
+from grabbergui.driver.sim.h264_encoder import H264Encoder
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.settings import settings_of
 
 

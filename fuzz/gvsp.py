@@ -11,6 +11,7 @@ from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import Compression, FrameContent
 from grabbergui.driver.sim.gige.packets import Block
 from grabbergui.driver.sim.memory import Register
 from grabbergui.driver.sim.model import CameraModel
@@ -31,11 +32,11 @@ def seeds() -> list[bytes]:
 
 
 _PAYLOADS: tuple[dict[Register, float], ...] = (
-    {reg.PAYLOAD_TYPE: reg.FrameContent.RAW_DATA},
-    {reg.PAYLOAD_TYPE: reg.FrameContent.FILE},
-    {reg.PAYLOAD_TYPE: reg.FrameContent.CHUNK_ONLY},
-    {reg.IMAGE_COMPRESSION_MODE: reg.Compression.JPEG},
-    {reg.IMAGE_COMPRESSION_MODE: reg.Compression.H264},
+    {reg.PAYLOAD_TYPE: FrameContent.RAW_DATA},
+    {reg.PAYLOAD_TYPE: FrameContent.FILE},
+    {reg.PAYLOAD_TYPE: FrameContent.CHUNK_ONLY},
+    {reg.IMAGE_COMPRESSION_MODE: Compression.JPEG},
+    {reg.IMAGE_COMPRESSION_MODE: Compression.H264},
     dict.fromkeys(reg.COMPONENT_ENABLE, 1),
     {reg.GENDC_STREAMING_MODE: 1},
 )

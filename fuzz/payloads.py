@@ -11,7 +11,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.core.encoded_image import jpeg2000_header, jpeg_header
 from grabbergui.driver.h264 import LARGEST_H264_SIDE, scan_h264
 from grabbergui.driver.payload_contents import PayloadReader
-from grabbergui.driver.sim.contents import H264Encoder
+from grabbergui.driver.sim.h264_encoder import H264Encoder
 
 
 def seeds() -> list[bytes]:

@@ -8,8 +8,9 @@ from dataclasses import fields
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.sim.camera_xml import camera_xml
 from grabbergui.driver.sim.device import SimulatedDevice
-from grabbergui.driver.sim.memory import Register, RegisterValue, camera_xml
+from grabbergui.driver.sim.memory import Register, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.registers import DEVICE_USER_ID, DEVICE_VENDOR_NAME
 

@@ -20,6 +20,7 @@ HOMES = {
         "recording/movie_writer.py",
         "driver/h264.py",
         "driver/sim/contents.py",
+        "driver/sim/h264_encoder.py",
     ),
     "numba": ("core/compiled_loops.py",),
     "psutil": ("driver/gige", "net/yarp/os"),

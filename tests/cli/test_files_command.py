@@ -5,7 +5,7 @@ import json
 import pytest
 
 from grabbergui.cli import main
-from grabbergui.driver.sim.files import firmware_image
+from grabbergui.driver.sim.file_store import firmware_image
 from grabbergui.driver.sim.gige.server import GigeCamera
 
 SOURCE = "gige:127.28.1.1"

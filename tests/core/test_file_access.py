@@ -18,7 +18,7 @@ from grabbergui.core.file_access import delete_file, is_firmware, list_files, re
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
-from grabbergui.driver.sim.files import LUT_ENTRIES, firmware_image
+from grabbergui.driver.sim.file_store import LUT_ENTRIES, firmware_image
 
 GAMMA = (np.linspace(0, 1, LUT_ENTRIES) ** 0.5 * 65535).astype("<u2").tobytes()
 FIRMWARE = firmware_image("2.0.0", np.random.default_rng(7).bytes(30_001))

@@ -28,6 +28,7 @@ from grabbergui.core.errors import AckTimeoutError, GrabberError
 from grabbergui.core.grabber import ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v import registers
 from grabbergui.driver.sim.u3v.device import U3vFaults
@@ -83,7 +84,7 @@ class SpareCamera:
             power_on={
                 reg.WIDTH: WIDTH,
                 reg.HEIGHT: HEIGHT,
-                reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
+                reg.TEST_PATTERN: TestPattern.GREY_HORIZONTAL_RAMP,
             }
         )
         serve(

@@ -16,6 +16,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.setting_writer import SettingsMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import create_device
+from grabbergui.driver.sim.enumerations import EventSelector
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
@@ -150,11 +151,11 @@ def test_a_notification_that_was_on_once_is_off_when_its_event_has_come():
         camera.write_setting(first, "Once")
         camera.write_setting(second, "Once")
         remembered = camera._writes().memory.settings
-        device.model.memory.set(reg.EVENT_NOTIFICATION[reg.Event.FRAME_START], 0)
+        device.model.memory.set(reg.EVENT_NOTIFICATION[EventSelector.FRAME_START], 0)
         until(lambda: remembered[first] == "Off", "the end of the notification")
         assert remembered[second] == "Once"
         camera.write_feature("EventSelector", "Test")
-        device.model.memory.set(reg.EVENT_NOTIFICATION[reg.Event.TEST], 0)
+        device.model.memory.set(reg.EVENT_NOTIFICATION[EventSelector.TEST], 0)
         until(lambda: remembered[second] == "Off", "the end of the other, by the same thread")
 
 

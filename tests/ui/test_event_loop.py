@@ -11,7 +11,7 @@ from PyQt5.QtCore import QTimer
 from benchmarks._wide_camera import create_wide, nodes, wide_description
 from fakes import XmlDevice
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.sim.memory import camera_xml
+from grabbergui.driver.sim.camera_xml import camera_xml
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.feature_panel import Section
 from patience import allowance, little_garbage

@@ -1,13 +1,10 @@
-"""Payloads other than one plain image: components, containers, compressed images, video, chunk data.
+"""Payloads other than one plain image: components, containers, compressed images, video.
 
 Components follow each other in their order, chunks are last. A GenDC container begins with its descriptor.
-Each chunk is its data, its id and its length. GigE Vision writes id and length big-endian, USB3 Vision
-little-endian; values are in the format of the XML. H.264 has one access unit an image.
 """
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,8 +17,10 @@ from numpy.typing import NDArray
 from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver import gendc
+from grabbergui.driver.sim.chunks import append_chunks, chunk_bytes, chunks_alone
+from grabbergui.driver.sim.enumerations import Chunk
+from grabbergui.driver.sim.h264_encoder import H264Encoder
 from grabbergui.driver.sim.packing import sensor_depth
-from grabbergui.driver.sim.registers import CHUNK_ID_BASE, Chunk
 from grabbergui.driver.sim.settings import FrameSettings
 
 FILE_NAME = "frame.raw"
@@ -33,20 +32,6 @@ _SUFFIX = {PayloadType.JPEG: ".jpg", PayloadType.JPEG2000: ".jp2"}
 _FORMATS = {ComponentKind.RANGE: by_name("Coord3D_C16"), ComponentKind.CONFIDENCE: by_name("Confidence8")}
 NEAREST_MM, STEP_MM = 600.0, 0.1
 "Of the range component; `camera.xml` states the step as Scan3dCoordinateScale."
-_VALUE = {
-    Chunk.FRAME_ID: struct.Struct(">q"),
-    Chunk.TIMESTAMP: struct.Struct(">q"),
-    Chunk.EXPOSURE_TIME: struct.Struct(">d"),
-    Chunk.GAIN: struct.Struct(">d"),
-}
-_TAG_BYTES = 8
-CHUNK_FEATURE = {
-    Chunk.FRAME_ID: "ChunkFrameID",
-    Chunk.TIMESTAMP: "ChunkTimestamp",
-    Chunk.EXPOSURE_TIME: "ChunkExposureTime",
-    Chunk.GAIN: "ChunkGain",
-}
-"The feature with each chunk's value."
 
 
 @dataclass(frozen=True)
@@ -241,68 +226,3 @@ def _small_jpeg2000(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _eight_bits(values: NDArray[Any], depth: int) -> NDArray[np.uint8]:
     return (values >> (depth - 8)).astype(np.uint8) if depth > 8 else values
-
-
-# -- chunk data ----------------------------------------------------------------------------------
-def chunk_bytes(chunks: tuple[Chunk, ...]) -> int:
-    """Return the bytes that these chunks add to a payload; the image becomes a chunk, too."""
-    return _TAG_BYTES + sum(_VALUE[chunk].size + _TAG_BYTES for chunk in chunks) if chunks else 0
-
-
-def chunks_alone(chunks: tuple[Chunk, ...]) -> int:
-    """Return the bytes of chunks without an image."""
-    return sum(_VALUE[chunk].size + _TAG_BYTES for chunk in chunks)
-
-
-def append_chunks(
-    out: NDArray[np.uint8],
-    image_bytes: int,
-    values: Mapping[Chunk, float],
-    *,
-    little_endian: bool = False,
-    image: bool = True,
-) -> int:
-    """Write chunks behind the image in `out`; return the length of the payload."""
-    tag = struct.Struct("<II" if little_endian else ">II")
-    position = image_bytes
-    if image:
-        tag.pack_into(out.data, position, CHUNK_ID_BASE + Chunk.IMAGE, image_bytes)
-        position += _TAG_BYTES
-    for chunk, value in values.items():
-        layout = _VALUE[chunk]
-        layout.pack_into(out.data, position, value)
-        position += layout.size
-        tag.pack_into(out.data, position, CHUNK_ID_BASE + chunk, layout.size)
-        position += _TAG_BYTES
-    return position
-
-
-KEY_PERIOD = 10
-"Images from key frame to key frame."
-_OPTIONS = {"tune": "zerolatency", "preset": "ultrafast", "profile": "baseline", "g": str(KEY_PERIOD)}
-
-
-class H264Encoder:
-    """Encodes the images of one acquisition after another. One thread."""
-
-    def __init__(self) -> None:
-        self._encoder: Any = None
-        self._shape: tuple[int, ...] = ()
-
-    def encode(self, frame_id: int, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return the access unit of an image, (height, width) grey or (height, width, 3) R G B."""
-        import av
-
-        if frame_id == 1 or self._encoder is None or image.shape != self._shape:
-            self._shape = image.shape
-            self._encoder = av.CodecContext.create("libx264", "w")
-            self._encoder.height, self._encoder.width = image.shape[:2]
-            self._encoder.pix_fmt = "yuv420p"
-            self._encoder.time_base = Fraction(1, 30)
-            self._encoder.options = dict(_OPTIONS)
-        kind = "rgb24" if image.ndim == 3 else "gray"
-        frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=kind).reformat(
-            format="yuv420p"
-        )
-        frame.pts = frame_id
-        return np.frombuffer(b"".join(bytes(packet) for packet in self._encoder.encode(frame)), np.uint8)

@@ -36,10 +36,12 @@ from grabbergui.driver.gige.gvcp_messages import Event as Message
 from grabbergui.driver.h264 import H264Stream
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import CHUNK_FEATURE, FILE_NAME, pieces
-from grabbergui.driver.sim.memory import Refusal, Register, RegisterRefusedError, RegisterValue, camera_xml
+from grabbergui.driver.sim.camera_xml import camera_xml
+from grabbergui.driver.sim.chunks import CHUNK_FEATURE
+from grabbergui.driver.sim.contents import FILE_NAME, pieces
+from grabbergui.driver.sim.enumerations import EVENT_ID_BASE, EventSelector, TestPattern
+from grabbergui.driver.sim.memory import Refusal, Register, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel, FramePlan
-from grabbergui.driver.sim.registers import EVENT_ID_BASE, Event
 from grabbergui.driver.sim.rendered_scene import BoardScene, RenderedScene
 from grabbergui.driver.sim.scene import Scene
 
@@ -115,7 +117,7 @@ class SimulatedDevice(Device):
         if not self._open:
             raise DeviceLostError("the simulated camera is closed")
 
-    def _send_event(self, event: Event, frame_id: int, timestamp: int) -> None:
+    def _send_event(self, event: EventSelector, frame_id: int, timestamp: int) -> None:
         event_id = EVENT_ID_BASE + event
         message = Message(event_id, frame_id, timestamp, data=_EVENT_DATA.pack(frame_id, timestamp))
         self.report_event(event_id, message.encode(1, ack_required=False))
@@ -313,8 +315,8 @@ _REGISTERS: dict[str, tuple[Register, Callable[[str], RegisterValue], _Show]] = 
     "setting_latency": (reg.SETTING_LATENCY, int, "{:g}".format),
     "test_pattern": (
         reg.TEST_PATTERN,
-        lambda text: reg.TestPattern[_upper(text)],
-        lambda number: _camel(reg.TestPattern(int(number)).name),
+        lambda text: TestPattern[_upper(text)],
+        lambda number: _camel(TestPattern(int(number)).name),
     ),
     "serial": (reg.DEVICE_SERIAL_NUMBER, str, str),
     "user_id": (reg.DEVICE_USER_ID, str, str),

@@ -13,8 +13,24 @@ from numpy.typing import NDArray
 
 from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import H264Encoder, complete, first_piece, payload_bytes
-from grabbergui.driver.sim.files import FileControl, FileStore, LookUpTable, UserSets, firmware_version
+from grabbergui.driver.sim.automatic_modes import regulate
+from grabbergui.driver.sim.contents import complete, first_piece, payload_bytes
+from grabbergui.driver.sim.derived_registers import DECIDING, active_chunks, fastest_rate, update_geometry
+from grabbergui.driver.sim.enumerations import (
+    AcquisitionMode,
+    Chunk,
+    ComponentSelector,
+    EventSelector,
+    File,
+    PtpStatus,
+    TransportLayer,
+    TriggerActivation,
+    TriggerSource,
+)
+from grabbergui.driver.sim.file_control import FileControl
+from grabbergui.driver.sim.file_store import FileStore, firmware_version
+from grabbergui.driver.sim.h264_encoder import H264Encoder
+from grabbergui.driver.sim.lookup_table import LookUpTable
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -22,18 +38,9 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
-from grabbergui.driver.sim.registers import Chunk, Event, TriggerActivation, TriggerSource
 from grabbergui.driver.sim.scene import Scene
 from grabbergui.driver.sim.sensor import Sensor
-from grabbergui.driver.sim.settings import (
-    DECIDING,
-    FrameSettings,
-    active_chunks,
-    fastest_rate,
-    regulate,
-    settings_of,
-    update_geometry,
-)
+from grabbergui.driver.sim.settings import FrameSettings, settings_of
 from grabbergui.driver.sim.timing import (
     DeviceClock,
     Sequencer,
@@ -42,6 +49,7 @@ from grabbergui.driver.sim.timing import (
     resulting_rate,
     timing_of,
 )
+from grabbergui.driver.sim.user_sets import UserSets
 
 
 @dataclass(frozen=True)
@@ -65,7 +73,7 @@ class CameraModel:
     the stream's.
     """
 
-    on_event: Callable[[Event, int, int], None] | None = None
+    on_event: Callable[[EventSelector, int, int], None] | None = None
     """Called with event, frame id, timestamp (ns) for events that are on; any thread, without the lock."""
     on_reset: Callable[[], None] | None = None
     """Called after DeviceReset, on the writing thread."""
@@ -90,7 +98,7 @@ class CameraModel:
         self._clock = self._device_clock.monotonic
         self._changed = threading.Condition(threading.RLock())
         self._woken = False
-        self._pending_events: list[tuple[Event, int, int]] = []
+        self._pending_events: list[tuple[EventSelector, int, int]] = []
         self._sequencer = Sequencer()
         self._latched: deque[FrameSettings] = deque()
         "Settings as they were when the last frames were taken, oldest first."
@@ -195,7 +203,7 @@ class CameraModel:
             regulate(self.memory, settings, values)
             self._await_end(plan)
         self._send_events()
-        little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
+        little = self.memory.integer(reg.DEVICE_TL_TYPE) == TransportLayer.USB3_VISION
         return complete(
             settings, plan.frame_id, values, plan.chunk_values, out, self._video, little_endian=little
         )
@@ -224,8 +232,8 @@ class CameraModel:
         chosen = {chunk: values[chunk] for chunk in active_chunks(self.memory)}
         if self._sequencer.finished:
             self._stop()
-        self._queue_event(Event.FRAME_START, frame_id, timestamp)
-        self._queue_event(Event.EXPOSURE_END, frame_id, timestamp + int(settings.exposure_us * 1000))
+        self._queue_event(EventSelector.FRAME_START, frame_id, timestamp)
+        self._queue_event(EventSelector.EXPOSURE_END, frame_id, timestamp + int(settings.exposure_us * 1000))
         return FramePlan(frame_id, timestamp, settings, chosen, self.memory.integer(reg.PAYLOAD_SIZE))
 
     def _obeyed_settings(self) -> FrameSettings:
@@ -271,7 +279,7 @@ class CameraModel:
         self._command(reg.FILE_OPERATION_EXECUTE, self._file_control.execute)
         self._command(
             reg.TEST_EVENT_GENERATE,
-            lambda: self._queue_event(Event.TEST, self._sequencer.frames_taken, self.timestamp()),
+            lambda: self._queue_event(EventSelector.TEST, self._sequencer.frames_taken, self.timestamp()),
         )
 
     def _command(self, register: Register, execute: Callable[[], object]) -> None:
@@ -291,7 +299,7 @@ class CameraModel:
                 raise RegisterRefusedError(
                     Refusal.ACCESS_DENIED, f"{register.name} is locked while streaming"
                 )
-            if register is reg.COMPONENT_ENABLE[reg.Component.INTENSITY] and not value:
+            if register is reg.COMPONENT_ENABLE[ComponentSelector.INTENSITY] and not value:
                 raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the intensity is always sent")
             limit = {reg.WIDTH: reg.WIDTH_MAX, reg.HEIGHT: reg.HEIGHT_MAX}.get(register)
             if limit is not None and int(value) > self.memory.integer(limit):
@@ -335,9 +343,9 @@ class CameraModel:
             return
         mode = self.memory.integer(reg.ACQUISITION_MODE)
         frames = {
-            reg.AcquisitionMode.SINGLE_FRAME: 1,
-            reg.AcquisitionMode.MULTI_FRAME: self.memory.integer(reg.ACQUISITION_FRAME_COUNT),
-        }.get(reg.AcquisitionMode(mode))
+            AcquisitionMode.SINGLE_FRAME: 1,
+            AcquisitionMode.MULTI_FRAME: self.memory.integer(reg.ACQUISITION_FRAME_COUNT),
+        }.get(AcquisitionMode(mode))
         self._sequencer.start(self._clock(), frames)
         self._latched.clear()
         self.memory.set(reg.TL_PARAMS_LOCKED, 1)
@@ -378,7 +386,9 @@ class CameraModel:
         delay = int(self.memory.number(reg.TRIGGER_DELAY[which]) * 1000)
         taken = self._sequencer.trigger(which, moment + delay)
         if not taken and self.streaming:
-            self._queue_event(Event.FRAME_TRIGGER_MISSED, self._sequencer.frames_taken, self.timestamp())
+            self._queue_event(
+                EventSelector.FRAME_TRIGGER_MISSED, self._sequencer.frames_taken, self.timestamp()
+            )
         return taken
 
     def _load_user_set(self) -> None:
@@ -390,7 +400,7 @@ class CameraModel:
     def _follow_ptp(self) -> None:
         on = bool(self.memory.integer(reg.PTP_ENABLE))
         self._device_clock.follow(on)
-        self.memory.set(reg.PTP_STATUS, reg.PtpStatus.SLAVE if on else reg.PtpStatus.DISABLED)
+        self.memory.set(reg.PTP_STATUS, PtpStatus.SLAVE if on else PtpStatus.DISABLED)
 
     def _latch_ptp(self) -> None:
         self.memory.set(reg.PTP_OFFSET_FROM_MASTER, self._device_clock.offset_from_master())
@@ -416,10 +426,10 @@ class CameraModel:
 
     def _show_firmware(self) -> None:
         """Run the firmware in the file, as every start does."""
-        version = firmware_version(self.files.content(reg.File.FIRMWARE))
+        version = firmware_version(self.files.content(File.FIRMWARE))
         self.memory.set(reg.DEVICE_FIRMWARE_VERSION, version or "")
 
-    def _queue_event(self, event: Event, frame_id: int, timestamp: int) -> None:
+    def _queue_event(self, event: EventSelector, frame_id: int, timestamp: int) -> None:
         if self.memory.integer(reg.EVENT_NOTIFICATION[event]):
             self._pending_events.append((event, frame_id, timestamp))
 

@@ -1,4 +1,4 @@
-"""Pixels packed as in PFNC, and values replaced by those of a look-up table.
+"""Pixels packed as in PFNC.
 
 Packing is the inverse of `core.pixels`, written independently.
 All packers take whole values (the value in the low bits) in the order of the lines and fill a byte array.
@@ -7,7 +7,6 @@ Packed formats continue across the end of a line; the last incomplete group is f
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -29,10 +28,6 @@ _STANDARDS = {  # luma of red, green, blue
     "709": (0.2126, 0.7152, 0.0722),
     "2020": (0.2627, 0.6780, 0.0593),
 }
-
-
-LUT_INPUT_BITS = 12
-"Of the look-up table, which has 16-bit values."
 
 
 def sensor_depth(pixel_format: PixelFormat) -> int:
@@ -243,19 +238,3 @@ def pack_12_packed(groups: NDArray[np.uint16], out: Bytes) -> None:
     out[:, 0] = p0 >> 4
     out[:, 1] = (p1 & 0x0F) << 4 | p0 & 0x0F
     out[:, 2] = p1 >> 4
-
-
-# -- the look-up table ---------------------------------------------------------------------------
-def look_up(values: NDArray[Any], depth: int, table: bytes) -> None:
-    """Replace values of `depth` bits (8 to 16, uint8 or uint16) in place by those of a table."""
-    values[...] = _by_value(depth, table)[values]
-
-
-@lru_cache(maxsize=4)
-def _by_value(depth: int, table: bytes) -> NDArray[Any]:
-    places = np.arange(1 << depth)
-    places = places << LUT_INPUT_BITS - depth if depth <= LUT_INPUT_BITS else places >> depth - LUT_INPUT_BITS
-    if depth < LUT_INPUT_BITS:
-        places |= (1 << LUT_INPUT_BITS - depth) - 1  # the brightest value is the last entry
-    found = np.frombuffer(table, ">u2")[places].astype(np.uint16) >> 16 - depth
-    return found.astype(np.uint8 if depth == 8 else np.uint16)

@@ -1,4 +1,4 @@
-"""The simulated camera's registers by name, their power-on values and the meaning of their numbers.
+"""The simulated camera's registers by name, and their power-on values.
 
 Addresses, kinds and ranges are read from `camera.xml`. They lie in the manufacturer's space from 0x0010_0000
 on, clear of GigE Vision's bootstrap registers (up to 0xAFFF) and of USB3 Vision's (up to 0xFFFF), so that one
@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import ipaddress
 import zlib
-from enum import IntEnum
 
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.sim.memory import DescribedRegisters, PowerOn, Register
+from grabbergui.driver.sim.camera_xml import DescribedRegisters, PowerOn
+from grabbergui.driver.sim.enumerations import BinningMode, Chunk, PtpStatus, TransportLayer
+from grabbergui.driver.sim.memory import Register
 
 SENSOR_WIDTH, SENSOR_HEIGHT = 4096, 2160
 FIRST_WIDTH, FIRST_HEIGHT = 1224, 1024
@@ -30,193 +31,6 @@ SLOWEST_RATE = 0.5
 "Hz, on a link that is fast enough."
 FASTEST_RATE = 1000.0
 "Frames per second that are never exceeded."
-
-
-class Auto(IntEnum):
-    """Values of ExposureAuto, GainAuto and BalanceWhiteAuto."""
-
-    OFF = 0
-    ONCE = 1
-    CONTINUOUS = 2
-
-
-class AcquisitionMode(IntEnum):
-    """Values of AcquisitionMode."""
-
-    CONTINUOUS = 0
-    SINGLE_FRAME = 1
-    MULTI_FRAME = 2
-
-
-class TriggerSource(IntEnum):
-    """Values of TriggerSource."""
-
-    SOFTWARE = 0
-    ACTION1 = 1
-    USER_OUTPUT0 = 2
-
-
-class TriggerActivation(IntEnum):
-    """Values of TriggerActivation: which change of a signal triggers."""
-
-    RISING_EDGE = 0
-    FALLING_EDGE = 1
-    ANY_EDGE = 2
-
-
-class BinningMode(IntEnum):
-    """Values of BinningHorizontalMode and BinningVerticalMode."""
-
-    SUM = 0
-    AVERAGE = 1
-
-
-class TestPattern(IntEnum):
-    """Values of TestPattern."""
-
-    OFF = 0
-    BLACK = 1
-    WHITE = 2
-    GREY_HORIZONTAL_RAMP = 3
-    GREY_VERTICAL_RAMP = 4
-    GREY_HORIZONTAL_RAMP_MOVING = 5
-    GREY_VERTICAL_RAMP_MOVING = 6
-    COLOR_BAR = 7
-    FRAME_COUNTER = 8
-
-    __test__ = False  # no test class, despite its name
-
-
-class ColorFilter(IntEnum):
-    """Values of PixelColorFilter."""
-
-    NONE = 0
-    BAYER_RG = 1
-    BAYER_GB = 2
-    BAYER_GR = 3
-    BAYER_BG = 4
-
-
-class Chunk(IntEnum):
-    """Values of ChunkSelector; the chunk's id is `CHUNK_ID_BASE` more."""
-
-    IMAGE = 0
-    FRAME_ID = 1
-    TIMESTAMP = 2
-    EXPOSURE_TIME = 3
-    GAIN = 4
-
-
-CHUNK_ID_BASE = 0x1000
-
-
-class Component(IntEnum):
-    """Values of ComponentSelector."""
-
-    INTENSITY = 0
-    RANGE = 1
-    CONFIDENCE = 2
-
-
-class Compression(IntEnum):
-    """Values of ImageCompressionMode."""
-
-    OFF = 0
-    JPEG = 1
-    JPEG2000 = 2
-    H264 = 3
-
-
-class FrameContent(IntEnum):
-    """Values of PayloadType."""
-
-    IMAGE = 0
-    RAW_DATA = 1
-    FILE = 2
-    CHUNK_ONLY = 3
-
-
-class Event(IntEnum):
-    """Values of EventSelector; the event's id is `EVENT_ID_BASE` more."""
-
-    FRAME_START = 0
-    EXPOSURE_END = 1
-    FRAME_TRIGGER_MISSED = 2
-    TEST = 3
-
-
-EVENT_ID_BASE = 0x9000
-
-
-class UserSet(IntEnum):
-    """Values of UserSetSelector and UserSetDefault."""
-
-    DEFAULT = 0
-    USER_SET1 = 1
-    USER_SET2 = 2
-
-
-class File(IntEnum):
-    """Values of FileSelector."""
-
-    USER_SET1 = 0
-    USER_SET2 = 1
-    LUT_LUMINANCE = 2
-    SHADING_CORRECTION = 3
-    DEVICE_LOG = 4
-    FIRMWARE = 5
-
-
-class FileOperation(IntEnum):
-    """Values of FileOperationSelector."""
-
-    OPEN = 0
-    CLOSE = 1
-    READ = 2
-    WRITE = 3
-    DELETE = 4
-
-
-class FileOpenMode(IntEnum):
-    """Values of FileOpenMode."""
-
-    READ = 0
-    WRITE = 1
-    READ_WRITE = 2
-
-
-class FileOperationStatus(IntEnum):
-    """Values of FileOperationStatus."""
-
-    SUCCESS = 0
-    FAILURE = 1
-    OVERFLOW = 2
-
-
-class FileState(IntEnum):
-    """Values of FileState: the result of the last upload."""
-
-    INTACT = 0
-    EMPTY = 1
-    INCOMPLETE = 2
-    "The upload was not finished; the file is unusable."
-    DISCARDED = 3
-    "The upload was not finished or not valid; the previous file is unchanged."
-
-
-class PtpStatus(IntEnum):
-    """Values of PtpStatus: IEEE 1588's port states, as far as this clock has them."""
-
-    DISABLED = 3
-    SLAVE = 9
-
-
-class TransportLayer(IntEnum):
-    """Values of DeviceTLType."""
-
-    GIGE_VISION = 0
-    USB3_VISION = 1
-    CUSTOM = 2
 
 
 _POWER_ON: dict[str, PowerOn] = {
@@ -292,7 +106,7 @@ ALL: tuple[Register, ...] = tuple(_described)
 _one, _each = _described.one, _described.each
 
 
-# -- DeviceControl -------------------------------------------------------------------------------
+# DeviceControl
 DEVICE_VENDOR_NAME = _one("DeviceVendorName")
 DEVICE_MODEL_NAME = _one("DeviceModelName")
 DEVICE_MANUFACTURER_INFO = _one("DeviceManufacturerInfo")
@@ -312,7 +126,7 @@ LINK_THROUGHPUT_LIMIT_MODE = _one("DeviceLinkThroughputLimitMode")
 LINK_THROUGHPUT_LIMIT = _one("DeviceLinkThroughputLimit")
 LINK_CURRENT_THROUGHPUT = _one("DeviceLinkCurrentThroughput")
 
-# -- ImageFormatControl --------------------------------------------------------------------------
+# ImageFormatControl
 SENSOR_WIDTH_REGISTER = _one("SensorWidth")
 WIDTH_MAX = _one("WidthMax")
 HEIGHT_MAX = _one("HeightMax")
@@ -334,7 +148,7 @@ COMPONENT_ENABLE = _each("ComponentEnable")
 "Intensity, range, confidence."
 IMAGE_COMPRESSION_MODE = _one("ImageCompressionMode")
 
-# -- AcquisitionControl --------------------------------------------------------------------------
+# AcquisitionControl
 ACQUISITION_MODE = _one("AcquisitionMode")
 ACQUISITION_START = _one("AcquisitionStart")
 ACQUISITION_STOP = _one("AcquisitionStop")
@@ -353,7 +167,7 @@ TRIGGER_DELAY = _each("TriggerDelay")
 BURST_FRAME_COUNT = _one("AcquisitionBurstFrameCount")
 SETTING_LATENCY = _one("SettingLatency")
 
-# -- AnalogControl -------------------------------------------------------------------------------
+# AnalogControl
 GAIN_AUTO = _one("GainAuto")
 GAIN_RAW = _one("GainRaw")
 "Hundredths of a decibel."
@@ -364,23 +178,23 @@ BALANCE_WHITE_AUTO = _one("BalanceWhiteAuto")
 BALANCE_RATIO = _each("BalanceRatio")
 "Red, green, blue; neutral under the scene's light when the camera leaves its factory."
 
-# -- AutoFunctionControl -------------------------------------------------------------------------
+# AutoFunctionControl
 AUTO_TARGET_BRIGHTNESS = _one("AutoTargetBrightness")
 AUTO_EXPOSURE_LOWER = _one("AutoExposureTimeLowerLimit")
 AUTO_EXPOSURE_UPPER = _one("AutoExposureTimeUpperLimit")
 AUTO_GAIN_LOWER = _one("AutoGainLowerLimit")
 AUTO_GAIN_UPPER = _one("AutoGainUpperLimit")
 
-# -- DigitalIOControl ----------------------------------------------------------------------------
+# DigitalIOControl
 USER_OUTPUT_VALUE = _one("UserOutputValue")
 
-# -- UserSetControl ------------------------------------------------------------------------------
+# UserSetControl
 USER_SET_SELECTOR = _one("UserSetSelector")
 USER_SET_LOAD = _one("UserSetLoad")
 USER_SET_SAVE = _one("UserSetSave")
 USER_SET_DEFAULT = _one("UserSetDefault")
 
-# -- FileAccessControl ---------------------------------------------------------------------------
+# FileAccessControl
 FILE_SELECTOR = _one("FileSelector")
 FILE_OPERATION_SELECTOR = _one("FileOperationSelector")
 FILE_OPERATION_EXECUTE = _one("FileOperationExecute")
@@ -394,28 +208,28 @@ FILE_ACCESS_LENGTH = _one("FileAccessLength")
 FILE_ACCESS_BUFFER = _described.buffer("FileAccessBuffer")
 "Address and length."
 
-# -- LUTControl ----------------------------------------------------------------------------------
+# LUTControl
 LUT_ENABLE = _one("LUTEnable")
 LUT_INDEX = _one("LUTIndex")
 LUT_VALUE = _one("LUTValue")
 LUT_VALUE_ALL = _described.buffer("LUTValueAll")
 "Address and length."
 
-# -- ChunkDataControl ----------------------------------------------------------------------------
+# ChunkDataControl
 CHUNK_MODE_ACTIVE = _one("ChunkModeActive")
 CHUNK_ENABLE = _each("ChunkEnable")
 
-# -- EventControl --------------------------------------------------------------------------------
+# EventControl
 TEST_EVENT_GENERATE = _one("TestEventGenerate")
 EVENT_NOTIFICATION = _each("EventNotification")
 
-# -- TransportLayerControl -----------------------------------------------------------------------
+# TransportLayerControl
 PAYLOAD_SIZE = _one("PayloadSize")
 PAYLOAD_TYPE = _one("PayloadType")
 GENDC_STREAMING_MODE = _one("GenDCStreamingMode")
 TL_PARAMS_LOCKED = _one("TLParamsLocked")
 
-# -- PtpControl ----------------------------------------------------------------------------------
+# PtpControl
 PTP_ENABLE = _one("PtpEnable")
 PTP_STATUS = _one("PtpStatus")
 PTP_DATA_SET_LATCH = _one("PtpDataSetLatch")

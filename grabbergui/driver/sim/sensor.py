@@ -22,8 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.driver.sim.packing import COLOURED, look_up, pack, pack_colour, sensor_depth
-from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
+from grabbergui.driver.sim.enumerations import TestPattern
+from grabbergui.driver.sim.lookup_table import look_up
+from grabbergui.driver.sim.packing import COLOURED, pack, pack_colour, sensor_depth
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.scene import LUMINANCE, UNIT, UNIT_EXPOSURE_US, Scene, SceneView, StudioScene
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 

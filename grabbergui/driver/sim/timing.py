@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.derived_registers import fastest_rate
 from grabbergui.driver.sim.memory import RegisterMemory
-from grabbergui.driver.sim.settings import fastest_rate
 
 Clock = Callable[[], int]
 

@@ -20,12 +20,13 @@ from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Capability, ip_number
 from grabbergui.driver.gige.gvcp import CommandCode, CommandHeader, Status
 from grabbergui.driver.gige.interfaces import Interface
+from grabbergui.driver.sim.camera_xml import zipped
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing, Refused
 from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.gige.server import GIGABIT, GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults
-from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterRefusedError, RegisterValue, zipped
+from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.twin.model import TwinModel
 from grabbergui.driver.twin.report_file import CameraReport

@@ -11,7 +11,7 @@ import pytest
 from fakes import XmlDevice
 from grabbergui.driver.genapi.mending import mended
 from grabbergui.driver.genapi.node_map import CameraNodeMap
-from grabbergui.driver.sim.memory import camera_xml
+from grabbergui.driver.sim.camera_xml import camera_xml
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="V" VendorName="V"

@@ -13,7 +13,7 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi.cleaning import clean_xml, port_name
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.vetting import MOST_ENTRIES, MOST_NODES, vetted
-from grabbergui.driver.sim.memory import camera_xml
+from grabbergui.driver.sim.camera_xml import camera_xml
 
 BODY = b'<RegisterDescription ModelName="M"><Port Name="Device"/></RegisterDescription>'
 

@@ -16,10 +16,10 @@ from grabbergui.core.grabber import Access
 from grabbergui.driver.description import unpack
 from grabbergui.driver.description_files import HINT
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.camera_xml import zipped
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.memory import zipped
 
 WEB = ("http://www.example.com/cameras/model.xml", "")
 _numbers = itertools.count(1)

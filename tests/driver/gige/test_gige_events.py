@@ -28,6 +28,7 @@ from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import EventSelector
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE, until
 
@@ -215,7 +216,7 @@ def test_opening_a_message_channel_waits_for_an_event_to_be_wanted(
 
 def test_an_event_that_was_left_switched_on_is_heard(simulate: Callable[..., GigeCamera]) -> None:
     simulated = simulate()
-    simulated.model.memory.set(reg.EVENT_NOTIFICATION[reg.Event.FRAME_START], 1)
+    simulated.model.memory.set(reg.EVENT_NOTIFICATION[EventSelector.FRAME_START], 1)
     camera = Camera(GigeDevice(simulated.address))
     camera.open()
     with closing(camera):

@@ -22,6 +22,7 @@ from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.quirks import KnownCamera, Quirk, known
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import PATIENCE
 
@@ -90,7 +91,7 @@ def camera(stage: ExitStack) -> GigeCamera:
         reg.WIDTH: 64,
         reg.HEIGHT: 16,
         reg.FRAME_RATE: 100.0,
-        reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
+        reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP),
     }
     return stage.enter_context(closing(GigeCamera(ADDRESS, power_on=power_on)))
 

@@ -33,11 +33,11 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import FILE_NAME, range_image
+from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.gige.packets import Block
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.registers import TestPattern
 from grabbergui.driver.sim.settings import settings_of
 from patience import PATIENCE
 

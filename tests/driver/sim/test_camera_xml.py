@@ -10,7 +10,27 @@ from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.pfnc import Family, by_name
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.memory import Kind, Register, camera_xml, with_transport
+from grabbergui.driver.sim.camera_xml import camera_xml, with_transport
+from grabbergui.driver.sim.enumerations import (
+    AcquisitionMode,
+    Auto,
+    BinningMode,
+    Chunk,
+    ColorFilter,
+    EventSelector,
+    File,
+    FileOpenMode,
+    FileOperation,
+    FileOperationStatus,
+    FileState,
+    PtpStatus,
+    TestPattern,
+    TransportLayer,
+    TriggerActivation,
+    TriggerSource,
+    UserSetSelector,
+)
+from grabbergui.driver.sim.memory import Kind, Register
 from pixel_formats import CONVERTIBLE
 
 NAMESPACE = "{http://www.genicam.org/GenApi/Version_1_1}"
@@ -96,27 +116,27 @@ def test_numbers_are_big_endian():
 @pytest.mark.parametrize(
     ("feature", "values"),
     [
-        ("ExposureAuto", reg.Auto),
-        ("GainAuto", reg.Auto),
-        ("BalanceWhiteAuto", reg.Auto),
-        ("AcquisitionMode", reg.AcquisitionMode),
-        ("TriggerSource", reg.TriggerSource),
-        ("TriggerActivation", reg.TriggerActivation),
-        ("BinningHorizontalMode", reg.BinningMode),
-        ("BinningVerticalMode", reg.BinningMode),
-        ("TestPattern", reg.TestPattern),
-        ("PixelColorFilter", reg.ColorFilter),
-        ("ChunkSelector", reg.Chunk),
-        ("EventSelector", reg.Event),
-        ("UserSetSelector", reg.UserSet),
-        ("UserSetDefault", reg.UserSet),
-        ("FileSelector", reg.File),
-        ("FileOperationSelector", reg.FileOperation),
-        ("FileOpenMode", reg.FileOpenMode),
-        ("FileOperationStatus", reg.FileOperationStatus),
-        ("FileState", reg.FileState),
-        ("PtpStatus", reg.PtpStatus),
-        ("DeviceTLType", reg.TransportLayer),
+        ("ExposureAuto", Auto),
+        ("GainAuto", Auto),
+        ("BalanceWhiteAuto", Auto),
+        ("AcquisitionMode", AcquisitionMode),
+        ("TriggerSource", TriggerSource),
+        ("TriggerActivation", TriggerActivation),
+        ("BinningHorizontalMode", BinningMode),
+        ("BinningVerticalMode", BinningMode),
+        ("TestPattern", TestPattern),
+        ("PixelColorFilter", ColorFilter),
+        ("ChunkSelector", Chunk),
+        ("EventSelector", EventSelector),
+        ("UserSetSelector", UserSetSelector),
+        ("UserSetDefault", UserSetSelector),
+        ("FileSelector", File),
+        ("FileOperationSelector", FileOperation),
+        ("FileOpenMode", FileOpenMode),
+        ("FileOperationStatus", FileOperationStatus),
+        ("FileState", FileState),
+        ("PtpStatus", PtpStatus),
+        ("DeviceTLType", TransportLayer),
     ],
 )
 def test_numbers_mean_what_the_description_says(feature, values):

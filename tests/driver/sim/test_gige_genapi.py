@@ -8,7 +8,8 @@ from genicam import genapi
 
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.contents import append_chunks, chunk_bytes
+from grabbergui.driver.sim.chunks import append_chunks, chunk_bytes
+from grabbergui.driver.sim.enumerations import Chunk, TransportLayer
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.model import CameraModel
 
@@ -38,7 +39,7 @@ class Port(genapi.AbstractPort):
 
 @pytest.fixture
 def node_map():
-    port = Port(CameraModel(power_on={reg.DEVICE_TL_TYPE: int(reg.TransportLayer.GIGE_VISION)}))
+    port = Port(CameraModel(power_on={reg.DEVICE_TL_TYPE: int(TransportLayer.GIGE_VISION)}))
     nodes = genapi.NodeMap()
     nodes.load_xml_from_string(gev.description().decode())
     nodes.connect(port, "Device")
@@ -57,10 +58,10 @@ def test_event_data_becomes_features(node_map):
 
 def test_chunk_data_becomes_features(node_map):
     values = {
-        reg.Chunk.FRAME_ID: 3,
-        reg.Chunk.TIMESTAMP: 99,
-        reg.Chunk.EXPOSURE_TIME: 1234.5,
-        reg.Chunk.GAIN: 6.25,
+        Chunk.FRAME_ID: 3,
+        Chunk.TIMESTAMP: 99,
+        Chunk.EXPOSURE_TIME: 1234.5,
+        Chunk.GAIN: 6.25,
     }
     payload = np.zeros(100 + chunk_bytes(tuple(values)), np.uint8)
     assert append_chunks(payload, 100, values) == len(payload)

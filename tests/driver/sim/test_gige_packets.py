@@ -10,11 +10,11 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import Leader, Trailer
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
+from grabbergui.driver.sim.enumerations import Chunk
 from grabbergui.driver.sim.gige.packets import Block, DatagramBatch, test_packet, unavailable
 from grabbergui.driver.sim.gige.server import counted
 from grabbergui.driver.sim.gige.stream import Faults, PacketFaults
 from grabbergui.driver.sim.model import FramePlan
-from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from patience import PATIENCE
 

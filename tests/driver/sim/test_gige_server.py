@@ -27,9 +27,9 @@ from grabbergui.driver.gige.gvsp import Leader
 from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import EventSelector, TestPattern
 from grabbergui.driver.sim.gige.server import GigeCamera, serve
 from grabbergui.driver.sim.gige.stream import Faults
-from grabbergui.driver.sim.registers import TestPattern
 from patience import PATIENCE, until
 
 _numbers = itertools.count(1)
@@ -299,7 +299,9 @@ def test_events_come_over_the_message_channel(stage):
         messages.bind(("127.0.0.1", 0))
         messages.settimeout(PATIENCE)
         host.write((CCP, 2), (MCDA, LOCALHOST), (MCP, messages.getsockname()[1]))
-        host.write((reg.EVENT_NOTIFICATION[reg.Event.TEST].address, 1), (reg.TEST_EVENT_GENERATE.address, 1))
+        host.write(
+            (reg.EVENT_NOTIFICATION[EventSelector.TEST].address, 1), (reg.TEST_EVENT_GENERATE.address, 1)
+        )
         datagram, source = messages.recvfrom(2048)
         again = messages.recv(2048)
         ack = Ack(0, CommandCode.EVENTDATA + 1, struct.unpack(">H", datagram[6:8])[0])

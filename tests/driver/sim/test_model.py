@@ -10,8 +10,19 @@ import pytest
 from grabbergui.core.component import ComponentKind
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import (
+    AcquisitionMode,
+    Auto,
+    ComponentSelector,
+    Compression,
+    EventSelector,
+    File,
+    PtpStatus,
+    TestPattern,
+    TriggerSource,
+    UserSetSelector,
+)
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
-from grabbergui.driver.sim.registers import Auto, Event, File
 from grabbergui.driver.sim.sensor import draw_pattern
 from patience import PATIENCE, until
 
@@ -61,10 +72,10 @@ def test_a_string_may_be_written_in_part(bench):
 
 
 def test_the_intensity_is_always_sent(bench):
-    intensity = reg.COMPONENT_ENABLE[reg.Component.INTENSITY]
+    intensity = reg.COMPONENT_ENABLE[ComponentSelector.INTENSITY]
     assert refused(bench, intensity, 0) is Refusal.ACCESS_DENIED
     bench.model.files.replace(File.USER_SET1, f"{intensity.name} = 0\n".encode())
-    bench.set(reg.USER_SET_SELECTOR, reg.UserSet.USER_SET1)
+    bench.set(reg.USER_SET_SELECTOR, UserSetSelector.USER_SET1)
     bench.set(reg.USER_SET_LOAD, 1)
     bench.set(reg.GENDC_STREAMING_MODE, 1)
     bench.start()
@@ -82,11 +93,11 @@ def test_small_images_are_compressed_too(bench, width, height, name):
     bench.set(reg.WIDTH, width)
     bench.set(reg.HEIGHT, height)
     bench.set(reg.PIXEL_FORMAT, by_name(name).code)
-    bench.set(reg.TEST_PATTERN, reg.TestPattern.GREY_VERTICAL_RAMP)
-    bench.set(reg.IMAGE_COMPRESSION_MODE, reg.Compression.JPEG2000)
+    bench.set(reg.TEST_PATTERN, TestPattern.GREY_VERTICAL_RAMP)
+    bench.set(reg.IMAGE_COMPRESSION_MODE, Compression.JPEG2000)
     bench.start()
     decoded = cv2.imdecode(bench.payload()[1], cv2.IMREAD_UNCHANGED)
-    expected = draw_pattern(reg.TestPattern.GREY_VERTICAL_RAMP, width, height, 1, by_name(name))
+    expected = draw_pattern(TestPattern.GREY_VERTICAL_RAMP, width, height, 1, by_name(name))
     if name == "RGB8":
         decoded = decoded[:, :, ::-1]
     difference = decoded.astype(int) - (expected >> (4 if name == "BayerRG12" else 0))
@@ -202,7 +213,7 @@ def test_a_scene_that_can_be_foretold_is_drawn_ahead_and_its_frame_leaves_when_t
 
 def test_single_and_multi_frame_end_by_themselves(make_bench):
     bench = make_bench(SMALL)
-    for mode, count in ((reg.AcquisitionMode.SINGLE_FRAME, 1), (reg.AcquisitionMode.MULTI_FRAME, 3)):
+    for mode, count in ((AcquisitionMode.SINGLE_FRAME, 1), (AcquisitionMode.MULTI_FRAME, 3)):
         bench.set(reg.ACQUISITION_MODE, mode)
         bench.set(reg.ACQUISITION_FRAME_COUNT, 3)
         bench.start()
@@ -237,14 +248,14 @@ def test_the_trigger_delay_is_kept(bench):
 def test_the_software_trigger_needs_its_mode_and_source(bench):
     assert refused(bench, reg.TRIGGER_SOFTWARE[0], 1) is Refusal.ACCESS_DENIED
     bench.set(reg.TRIGGER_MODE[0], 1)
-    bench.set(reg.TRIGGER_SOURCE[0], reg.TriggerSource.ACTION1)
+    bench.set(reg.TRIGGER_SOURCE[0], TriggerSource.ACTION1)
     assert refused(bench, reg.TRIGGER_SOFTWARE[0], 1) is Refusal.ACCESS_DENIED
 
 
 @pytest.mark.parametrize(("activation", "frames"), [(0, 2), (1, 1), (2, 3)])
 def test_edges_of_the_users_signal_trigger(bench, activation, frames):
     bench.set(reg.TRIGGER_MODE[0], 1)
-    bench.set(reg.TRIGGER_SOURCE[0], reg.TriggerSource.USER_OUTPUT0)
+    bench.set(reg.TRIGGER_SOURCE[0], TriggerSource.USER_OUTPUT0)
     bench.set(reg.TRIGGER_ACTIVATION[0], activation)
     bench.start()
     taken = 0
@@ -257,7 +268,7 @@ def test_edges_of_the_users_signal_trigger(bench, activation, frames):
 def test_an_action_triggers_where_it_is_the_source(bench):
     assert not bench.model.trigger_action()
     bench.set(reg.TRIGGER_MODE[0], 1)
-    bench.set(reg.TRIGGER_SOURCE[0], reg.TriggerSource.ACTION1)
+    bench.set(reg.TRIGGER_SOURCE[0], TriggerSource.ACTION1)
     bench.start()
     assert bench.model.trigger_action(at=30_000_000)
     assert bench.plan().timestamp_ns == 30_000_000
@@ -338,13 +349,13 @@ def test_balance_white_auto_makes_grey_grey(make_bench, name):
 def test_user_sets_keep_what_was_saved(bench):
     bench.set(reg.EXPOSURE_TIME, 1234.0)
     bench.set(reg.WIDTH, 640)
-    bench.set(reg.USER_SET_SELECTOR, reg.UserSet.USER_SET1)
+    bench.set(reg.USER_SET_SELECTOR, UserSetSelector.USER_SET1)
     bench.set(reg.USER_SET_SAVE, 1)
-    bench.set(reg.USER_SET_SELECTOR, reg.UserSet.DEFAULT)
+    bench.set(reg.USER_SET_SELECTOR, UserSetSelector.DEFAULT)
     bench.set(reg.USER_SET_LOAD, 1)
     assert (bench.get(reg.EXPOSURE_TIME), bench.get(reg.WIDTH)) == (10_000.0, 1224)
     assert bench.get(reg.PAYLOAD_SIZE) == 1224 * 1024
-    bench.set(reg.USER_SET_SELECTOR, reg.UserSet.USER_SET1)
+    bench.set(reg.USER_SET_SELECTOR, UserSetSelector.USER_SET1)
     bench.set(reg.USER_SET_LOAD, 1)
     assert (bench.get(reg.EXPOSURE_TIME), bench.get(reg.WIDTH)) == (1234.0, 640)
     assert bench.get(reg.PAYLOAD_SIZE) == 640 * 1024
@@ -356,9 +367,9 @@ def test_the_factory_set_cannot_be_overwritten(bench):
 
 def test_a_reset_loads_the_default_set_and_starts_the_clock(bench):
     bench.set(reg.GAMMA, 2.0)
-    bench.set(reg.USER_SET_SELECTOR, reg.UserSet.USER_SET2)
+    bench.set(reg.USER_SET_SELECTOR, UserSetSelector.USER_SET2)
     bench.set(reg.USER_SET_SAVE, 1)
-    bench.set(reg.USER_SET_DEFAULT, reg.UserSet.USER_SET2)
+    bench.set(reg.USER_SET_DEFAULT, UserSetSelector.USER_SET2)
     bench.set(reg.GAMMA, 3.0)
     bench.start()
     bench.clock.advance(5)
@@ -378,17 +389,17 @@ def test_the_latch_holds_the_clock(bench):
 def test_ptp_sets_the_clock_by_its_master(bench):
     master = bench.clock.now + 1_700_000_000_000_000_000
     bench.set(reg.PTP_ENABLE, 1)
-    assert bench.get(reg.PTP_STATUS) == reg.PtpStatus.SLAVE
+    assert bench.get(reg.PTP_STATUS) == PtpStatus.SLAVE
     assert bench.model.timestamp() == master
     assert refused(bench, reg.TIMESTAMP_RESET, 1) is Refusal.ACCESS_DENIED
     bench.set(reg.TRIGGER_MODE[0], 1)
-    bench.set(reg.TRIGGER_SOURCE[0], reg.TriggerSource.ACTION1)
+    bench.set(reg.TRIGGER_SOURCE[0], TriggerSource.ACTION1)
     bench.start()
     assert bench.model.trigger_action(at=master + 40_000_000)
     assert bench.plan().timestamp_ns == master + 40_000_000
     bench.set(reg.DEVICE_RESET, 1)
     assert bench.model.timestamp() == 0
-    assert bench.get(reg.PTP_STATUS) == reg.PtpStatus.DISABLED
+    assert bench.get(reg.PTP_STATUS) == PtpStatus.DISABLED
 
 
 def test_streaming_warms_the_camera(bench):
@@ -427,20 +438,20 @@ def test_enabled_events_are_reported(make_bench):
     bench.start()
     bench.plan()
     assert heard == []
-    bench.set(reg.EVENT_NOTIFICATION[Event.EXPOSURE_END], 1)
+    bench.set(reg.EVENT_NOTIFICATION[EventSelector.EXPOSURE_END], 1)
     plan = bench.plan()
-    assert heard == [(Event.EXPOSURE_END, 2, plan.timestamp_ns + 10_000_000)]
-    bench.set(reg.EVENT_NOTIFICATION[Event.TEST], 1)
+    assert heard == [(EventSelector.EXPOSURE_END, 2, plan.timestamp_ns + 10_000_000)]
+    bench.set(reg.EVENT_NOTIFICATION[EventSelector.TEST], 1)
     bench.set(reg.TEST_EVENT_GENERATE, 1)
-    assert heard[-1][0] is Event.TEST
+    assert heard[-1][0] is EventSelector.TEST
 
 
 def test_a_trigger_that_comes_too_early_is_reported(bench):
     heard = []
     bench.model.on_event = lambda *event: heard.append(event)
-    bench.set(reg.EVENT_NOTIFICATION[Event.FRAME_TRIGGER_MISSED], 1)
+    bench.set(reg.EVENT_NOTIFICATION[EventSelector.FRAME_TRIGGER_MISSED], 1)
     bench.set(reg.TRIGGER_MODE[0], 1)
     bench.start()
     bench.set(reg.TRIGGER_SOFTWARE[0], 1)
     bench.set(reg.TRIGGER_SOFTWARE[0], 1)
-    assert [event for event, *_ in heard] == [Event.FRAME_TRIGGER_MISSED]
+    assert [event for event, *_ in heard] == [EventSelector.FRAME_TRIGGER_MISSED]

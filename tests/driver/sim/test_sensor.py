@@ -6,7 +6,8 @@ import pytest
 from grabbergui.core.pfnc import Family, by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim import sensor
-from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
+from grabbergui.driver.sim.enumerations import BinningMode, TestPattern
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, Scene, SceneView
 from grabbergui.driver.sim.sensor import draw_pattern
 from pixel_formats import CONVERTIBLE
@@ -144,7 +145,7 @@ def test_noise_grows_with_gain_and_is_the_same_for_the_same_frame(make_bench, gr
 def test_binning_averages_or_sums(lit):
     bench = lit(BINNING_HORIZONTAL=2, BINNING_VERTICAL=2)
     averaged = bench.image().mean()
-    assert bench.image_with(reg.BINNING_HORIZONTAL_MODE, reg.BinningMode.SUM).mean() == pytest.approx(
+    assert bench.image_with(reg.BINNING_HORIZONTAL_MODE, BinningMode.SUM).mean() == pytest.approx(
         2 * averaged, abs=0.01
     )
 

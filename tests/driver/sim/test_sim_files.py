@@ -16,7 +16,8 @@ from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
-from grabbergui.driver.sim.files import FileStore, firmware_image
+from grabbergui.driver.sim.enumerations import File
+from grabbergui.driver.sim.file_store import FileStore, firmware_image
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.model import CameraModel
 from patience import until
@@ -70,7 +71,7 @@ UPLOAD = 1 + BLOCKS + 1
 @pytest.mark.parametrize("operations", range(UPLOAD))
 def test_firmware_survives_a_power_cut_at_any_step(operations):
     store = FileStore()
-    old = store.content(reg.File.FIRMWARE)
+    old = store.content(File.FIRMWARE)
     camera = cut(store, operations, "Firmware", FIRMWARE)
     try:
         assert details(camera, "Firmware") == (len(old), "Discarded" if operations else "Intact")
@@ -99,7 +100,7 @@ def test_a_power_cut_while_it_is_verified_costs_nothing():
 @pytest.mark.parametrize("operations", range(UPLOAD))
 def test_a_file_that_is_written_in_place_is_incomplete_after_a_power_cut(operations):
     store = FileStore()
-    old = store.content(reg.File.SHADING_CORRECTION)
+    old = store.content(File.SHADING_CORRECTION)
     camera = cut(store, operations, "ShadingCorrection", SHADING)
     try:
         size, state = details(camera, "ShadingCorrection")

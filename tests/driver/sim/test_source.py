@@ -15,6 +15,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import create, create_device, discover, served_at
+from grabbergui.driver.sim.enumerations import EventSelector
 from patience import PATIENCE
 
 
@@ -185,7 +186,7 @@ def test_chunks_and_events_reach_the_listener():
     heard = threading.Event()
     events, frames = [], []
     device.on_event = lambda *event: (events.append(event), heard.set())
-    for register in (reg.CHUNK_MODE_ACTIVE, reg.EVENT_NOTIFICATION[reg.Event.FRAME_START]):
+    for register in (reg.CHUNK_MODE_ACTIVE, reg.EVENT_NOTIFICATION[EventSelector.FRAME_START]):
         device.write(register.address, bytes((0, 0, 0, 1)))
     got = threading.Event()
     device.open_stream(StreamRequest(64 * 48 + 72), lambda frame: (frames.append(frame), got.set()))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
@@ -31,7 +32,7 @@ def plug_in() -> Iterator[CameraMaker]:
                 reg.HEIGHT: height,
                 reg.EXPOSURE_TIME: 1000.0,
                 reg.FRAME_RATE: 300.0,
-                reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING,
+                reg.TEST_PATTERN: TestPattern.GREY_HORIZONTAL_RAMP_MOVING,
             }
         )
         host_options = {name: options.pop(name) for name in ("largest_transfer",) if name in options}

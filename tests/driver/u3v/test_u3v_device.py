@@ -16,6 +16,7 @@ from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import EVENT_ID_BASE, EventSelector
 from grabbergui.driver.u3v.bootstrap import Abrm
 from grabbergui.driver.u3v.device_clock import DeviceClock
 from patience import PATIENCE, until
@@ -223,11 +224,11 @@ def test_events_reach_the_node_map_packet_by_packet(plug_in) -> None:
     seen: list[tuple[int, bytes]] = []
     device.on_event = lambda event_id, packet: seen.append((event_id, packet))
     device.open(Access.CONTROL)
-    device.write(reg.EVENT_NOTIFICATION[reg.Event.TEST].address, (1).to_bytes(4, "big"))
+    device.write(reg.EVENT_NOTIFICATION[EventSelector.TEST].address, (1).to_bytes(4, "big"))
     device.write(reg.TEST_EVENT_GENERATE.address, (1).to_bytes(4, "big"))
     until(lambda: bool(seen))
     event_id, packet = seen[0]
-    assert event_id == reg.EVENT_ID_BASE + reg.Event.TEST
+    assert event_id == EVENT_ID_BASE + EventSelector.TEST
     assert packet[:4] == b"U3VE"
 
 

@@ -16,8 +16,9 @@ from grabbergui.driver.sim.registers import serial_at
 from grabbergui.driver.sim.u3v import usbip
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.sim.u3v.registers import CONTROL_IN, EVENT_IN
-from grabbergui.driver.sim.u3v.serve import Via, _free_port, place_of, serve
+from grabbergui.driver.sim.u3v.serve import Via, place_of, serve
 from grabbergui.driver.sim.u3v.usbip import UsbIpServer
+from grabbergui.driver.sim.u3v.virtual_host import _free_port
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.gencp import CommandId, Packet
 from patience import PATIENCE, until

@@ -16,8 +16,9 @@ from grabbergui.driver.gige.bootstrap import (
 )
 from grabbergui.driver.gige.identity import Identity
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.camera_xml import with_transport, zipped
 from grabbergui.driver.sim.gige.deviations import Deviations
-from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory, with_transport, zipped
+from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory
 from grabbergui.driver.sim.model import CameraModel
 
 XML_ADDRESS = 0x200000

@@ -16,7 +16,8 @@ from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, ip_number, ip_text
 from grabbergui.driver.gige.interfaces import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.files import FileStore
+from grabbergui.driver.sim.enumerations import EVENT_ID_BASE, EventSelector, TransportLayer
+from grabbergui.driver.sim.file_store import FileStore
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import ControlChannel, Outgoing
 from grabbergui.driver.sim.gige.deviations import Deviations
@@ -64,7 +65,7 @@ class GigeCamera:
         # Locally administered; both stay the camera's own when it moves to another address.
         self.mac = b"\x02G" + socket.inet_aton(address)
         self._power_on = {reg.DEVICE_SERIAL_NUMBER: reg.serial_at(address), **(power_on or {})}
-        self._power_on[reg.DEVICE_TL_TYPE] = int(reg.TransportLayer.GIGE_VISION)
+        self._power_on[reg.DEVICE_TL_TYPE] = int(TransportLayer.GIGE_VISION)
         if bandwidth:
             self._power_on[reg.DEVICE_LINK_SPEED] = max(int(bandwidth), 1)
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT_MODE, 1)
@@ -260,12 +261,10 @@ class GigeCamera:
             # A broadcast from a network that this camera is not in.
             log.debug("camera %s cannot answer %s: %s", self.address, out.to, error)
 
-    def _send_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
+    def _send_event(self, event: EventSelector, frame_id: int, timestamp: int) -> None:
         # Comes from either thread; the repeats are the control thread's.
         with self._channel:
-            messages = self.control.send_event(
-                reg.EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic()
-            )
+            messages = self.control.send_event(EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic())
         for out in messages:
             self._transmit(out)
 

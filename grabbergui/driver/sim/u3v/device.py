@@ -14,6 +14,7 @@ from grabbergui.core.component import PayloadType as FrameContent
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame import BufferPool
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.enumerations import EVENT_ID_BASE, EventSelector, TransportLayer
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel, FramePlan
 from grabbergui.driver.sim.u3v.pipe import InPipe
@@ -101,7 +102,7 @@ class SimulatedU3vDevice:
         it, as some real cameras do. Leaders and trailers are padded to `leader_space` bytes.
         """
         self.model = model or CameraModel()
-        self.model.memory.set(reg.DEVICE_TL_TYPE, reg.TransportLayer.USB3_VISION)
+        self.model.memory.set(reg.DEVICE_TL_TYPE, TransportLayer.USB3_VISION)
         self.faults = faults or U3vFaults()
         self.identity = UsbIdentity(*(str(self.model.memory.get(register)) for register in _IDENTITY))
         self.descriptors = Descriptors(self.identity)
@@ -265,10 +266,10 @@ class SimulatedU3vDevice:
             raise U3vRefusedError(Status.PAYLOAD_SIZE_NOT_ALIGNED)
         pipe.flush()
 
-    def _on_model_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
+    def _on_model_event(self, event: EventSelector, frame_id: int, timestamp: int) -> None:
         # Big-endian, like all the camera's own registers in the description.
         data = frame_id.to_bytes(8, "big") + timestamp.to_bytes(8, "big")
-        self._send_event(Event(reg.EVENT_ID_BASE + event, timestamp, data))
+        self._send_event(Event(EVENT_ID_BASE + event, timestamp, data))
 
     def _on_test_event(self) -> None:
         self._send_event(Event(Eirm.TEST_EVENT_ID, self.model.timestamp()))

@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError, camera_xml, zipped
+from grabbergui.driver.sim.camera_xml import camera_xml, zipped
+from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.u3v.bootstrap import (
     CONTROL_PROTOCOL,
