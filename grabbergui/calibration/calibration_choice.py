@@ -7,12 +7,13 @@ from functools import partial
 from pathlib import Path
 
 from grabbergui.calibration.camera_info import load_for
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.calibration import (
     NOMINAL_FIELD_OF_VIEW,
     Calibration,
 )
 from grabbergui.core.errors import UsageError
-from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.grabber import FrameGrabber
 
 CalibrationFor = Callable[[int, int], Calibration]
 "Returns the calibration of images by width and height. Raises UsageError for a size that it does not fit."
@@ -25,17 +26,21 @@ class CalibrationChoice:
         self._chosen = chosen
 
     @classmethod
-    def file(cls, path: Path, info: DeviceInfo) -> CalibrationChoice:
+    def file(cls, path: Path, grabber: FrameGrabber) -> CalibrationChoice:
         """Choose the calibration of a camera from a camera_info file, for poses and servoing.
+
+        It follows the camera's binning and region.
 
         Raises UsageError, also for a fisheye lens, OSError.
         """
-        calibration = load_for(info, path)
+        calibration = load_for(grabber.info, path)
         try:
             _ = calibration.pinhole_distortion
         except UsageError as error:
             raise UsageError(f"{path}: {error}") from None
-        return cls(calibration.scaled_to)
+        fitted = FittedCalibration(grabber)
+        fitted.calibration = calibration
+        return cls(fitted.of_size)
 
     @classmethod
     def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:

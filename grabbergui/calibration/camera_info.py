@@ -2,7 +2,8 @@
 
 Files are camera_info YAML, as camera_info_manager and camera_calibration write it. PyYAML reads them,
 restricted to mappings, lists, text, numbers as in YAML 1.2 (`1e-3` is a number, `on` is text), and the tag of
-OpenCV's matrices. `camera_model` and `camera_serial`, which ROS ignores, name the camera.
+OpenCV's matrices. ROS ignores `camera_model` and `camera_serial`, which name the camera, and
+`image_geometry`, which says where its images lie on the sensor.
 """
 
 from __future__ import annotations
@@ -26,11 +27,24 @@ from grabbergui.core.calibration import (
 from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, describe
+from grabbergui.core.image_geometry import ImageGeometry
 
 log = logging.getLogger(__name__)
 
 _KEYS = ("image_width", "image_height", "camera_matrix", "distortion_coefficients")
 
+
+_GEOMETRY = "image_geometry"
+_GEOMETRY_KEYS = (
+    "width_max",
+    "height_max",
+    "offset_x",
+    "offset_y",
+    "binning_x",
+    "binning_y",
+    "reverse_x",
+    "reverse_y",
+)
 
 _MODELS = {"fisheye": FISHEYE}
 "Distortion models by other names than ROS's."
@@ -67,12 +81,14 @@ def save(calibration: Calibration, path: Path) -> None:
 def dump(calibration: Calibration) -> str:
     """Return the text of a camera_info file."""
     camera = {"camera_model": calibration.camera_model, "camera_serial": calibration.camera_serial}
+    geometry = calibration.geometry
     return write_yaml(
         {
             "image_width": calibration.width,
             "image_height": calibration.height,
             "camera_name": calibration.camera_name,
             **{key: value for key, value in camera.items() if value},
+            **({} if geometry is None else {_GEOMETRY: _geometry_entry(geometry)}),
             "camera_matrix": _matrix(calibration.matrix),
             "distortion_model": calibration.distortion_model,
             "distortion_coefficients": _matrix(calibration.distortion[None]),
@@ -123,6 +139,7 @@ def parse(text: str, where: str = "calibration") -> Calibration:
             rectified=given_projection(projection),
             camera_model=_text(values, "camera_model", ""),
             camera_serial=_text(values, "camera_serial", ""),
+            geometry=_geometry(values),
         )
     except UsageError as error:
         raise UsageError(f"{where}: {error}") from None
@@ -138,6 +155,28 @@ def _only_calibration(text: str, where: str) -> dict[str, Any]:
             f"{where} has {len(calibrations)} calibrations ({names}); save the camera's in a file of its own"
         )
     return (calibrations or documents or [{}])[0]
+
+
+def _geometry_entry(geometry: ImageGeometry) -> dict[str, float]:
+    numbers = (*geometry.whole, *geometry.offset, *geometry.binning, *map(int, geometry.reversed))
+    return dict(zip(_GEOMETRY_KEYS, numbers, strict=True))
+
+
+def _geometry(values: dict[str, Any]) -> ImageGeometry | None:
+    """Return the geometry of the images; None if the file has none. Raises UsageError."""
+    if _GEOMETRY not in values:
+        return None
+    entry = values[_GEOMETRY]
+    numbers = [entry.get(key) for key in _GEOMETRY_KEYS] if isinstance(entry, dict) else [None]
+    match numbers:
+        case [
+            int(width), int(height), int(x), int(y),
+            int() | float() as across, int() | float() as down,
+            int(reverse_x), int(reverse_y),
+        ]:  # fmt: skip
+            mirrored = bool(reverse_x), bool(reverse_y)
+            return ImageGeometry((width, height), (x, y), (across, down), mirrored)
+    raise UsageError(f"{_GEOMETRY} needs numbers for {', '.join(_GEOMETRY_KEYS)}; remove it if unknown")
 
 
 def _matrix(values: Matrix) -> dict[str, Any]:

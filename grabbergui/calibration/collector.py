@@ -20,6 +20,7 @@ from grabbergui.calibration.boards import Board, View
 from grabbergui.calibration.markers import Grey
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import CalibrationError, UsageError
+from grabbergui.core.image_geometry import ImageGeometry
 
 FEWEST_VIEWS = 5
 MOST_VIEWS = 200
@@ -166,6 +167,8 @@ class Collector:
         self._board = board
         self._still = still
         self._size: tuple[int, int] | None = None
+        self.geometry: ImageGeometry | None = None
+        "Where the images of the kept views lie on the sensor; None if the camera does not report it."
         self._placements: list[ViewPlacement] = []
 
     @property
@@ -173,16 +176,19 @@ class Collector:
         """Whether there are enough views."""
         return len(self.views) >= self.wanted
 
-    def look(self, grey: Grey, keep: bool = True) -> ViewVerdict:
+    def look(self, grey: Grey, keep: bool = True, geometry: ImageGeometry | None = None) -> ViewVerdict:
         """Examine an image (rows, columns) uint8, and keep its view if it differs from those before.
 
-        With `keep` false, only return the result. Raises CalibrationError for an image of another size.
+        With `keep` false, only return the result. Raises CalibrationError for an image of another size, or of
+        other pixels of the sensor than the kept views.
         """
         size = grey.shape[1], grey.shape[0]
         if self._size is not None and self._size != size:
             before_text, now_text = (f"{width}×{height}" for width, height in (self._size, size))
             raise CalibrationError(f"the images changed from {before_text} to {now_text} pixels; begin again")
-        self._size = size
+        if self.views and geometry != self.geometry:
+            raise CalibrationError("the region, binning or mirroring of the images changed; begin again")
+        self._size, self.geometry = size, geometry
         before, self.last = self.last, self._board.find(grey)
         view = self.last
         if view is None:
@@ -241,7 +247,11 @@ class Collector:
         each[used] = np.ravel(errors)
         spread = np.ravel(deviations)[:4]
         calibration = Calibration(
-            *size, np.array(matrix, np.float64), np.array(distortion, np.float64).ravel()[:5], camera_name
+            *size,
+            np.array(matrix, np.float64),
+            np.array(distortion, np.float64).ravel()[:5],
+            camera_name,
+            geometry=self.geometry,
         )
         return Result(
             calibration,

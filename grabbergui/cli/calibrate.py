@@ -153,6 +153,7 @@ def _calibrate_in_window(options: argparse.Namespace) -> int:
 def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
     """Collect views from the source until there are enough, or the time is up; return the camera."""
     from grabbergui.calibration.collector import ViewVerdict
+    from grabbergui.calibration.frame_geometry import GeometryReader
 
     wrong = "--columns, --rows" + (" and --dictionary" if options.board == "charuco" else "")
     waiting = {
@@ -163,6 +164,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
     }
     with opened(options.source) as grabber:
         queue = grabber.open_queue(1)
+        geometries = GeometryReader(grabber)
         grabber.start()
         print_line(
             f"show the {options.board} board ({options.columns}×{options.rows} squares of "
@@ -178,7 +180,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                 frame = queue.get(min(5.0, max(0.1, deadline - time.monotonic())))
                 if not frame.complete:
                     continue
-                verdict, now = collector.look(frame.mono()), time.monotonic()
+                verdict, now = collector.look(frame.mono(), geometry=geometries.of(frame)), time.monotonic()
                 seen |= verdict is not ViewVerdict.NOT_SEEN
                 if verdict is ViewVerdict.KEPT:
                     hint = collector.coverage.missing()
@@ -197,6 +199,7 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                 raise
         finally:
             queue.close()
+            geometries.close()
             grabber.stop()
     if not seen:
         raise CalibrationError(

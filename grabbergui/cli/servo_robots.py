@@ -345,7 +345,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
     from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 
     if options.calibration is not None:
-        return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"), grabber.info)
+        return CalibrationChoice.file(find_file(options.calibration, "calibration", "servo"), grabber)
     if options.field_of_view is not None:
         return CalibrationChoice.nominal(options.field_of_view)
     if not options.headless:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.image_geometry import ImageGeometry
 
 Matrix = NDArray[np.float64]
 
@@ -53,6 +54,8 @@ class Calibration:
     camera_model: str = ""
     camera_serial: str = ""
     "The camera that it was made with; empty if it was not recorded."
+    geometry: ImageGeometry | None = None
+    "Where the images lie on the sensor; None if it was not recorded."
 
     def __post_init__(self) -> None:
         if not (1 <= self.width <= LARGEST_SIDE and 1 <= self.height <= LARGEST_SIDE):
@@ -150,11 +153,15 @@ class Calibration:
             return self
         along_x, along_y = width / self.width, height / self.height
         if abs(along_x - along_y) > 0.01 * along_y:
-            raise UsageError(
-                f"the calibration is of {self.width}×{self.height} images, the camera sends "
-                f"{width}×{height}, which is another crop; calibrate at this size"
-            )
+            raise self.of_another_crop(width, height)
         return self.resampled(width, height, (along_x, along_y))
+
+    def of_another_crop(self, width: int, height: int) -> UsageError:
+        """Return the error for images of this size, to which the calibration cannot be fitted."""
+        return UsageError(
+            f"the calibration is of {self.width}×{self.height} images, the camera sends {width}×{height}, "
+            "which is another crop; calibrate at this size"
+        )
 
     def binned(self, across: int, down: int) -> Calibration:
         """Return the calibration of images binned by `across` × `down`. Raises UsageError."""
@@ -174,6 +181,34 @@ class Calibration:
         """Return the calibration of a region of the image whose first pixel is at `x`, `y`."""
         return self._transformed(width, height, (1.0, 1.0), (-x, -y))
 
+    def mirrored(self, along: tuple[bool, bool], extent: tuple[float, float]) -> Calibration:
+        """Return the calibration of the same images mirrored along x, y or both.
+
+        Columns `c` become `extent[0] - 1 - c`, rows likewise. It is that of the camera which would see the
+        mirrored world; mirrored along both, the same camera turned by 180°.
+        """
+        signs = np.array([-1.0 if each else 1.0 for each in along])
+        turn = np.diag([*signs, 1.0])
+
+        def mirrored(projection: Matrix) -> Matrix:
+            result = projection.copy()
+            result[:2, 2] = np.where(along, np.array(extent) - 1 - result[:2, 2], result[:2, 2])
+            result[0, 1] *= signs[0] * signs[1]
+            result[:2, 3:] *= signs[:, None]
+            return result
+
+        distortion = self.distortion.copy()
+        if not self.fisheye:  # its terms are even in x and y
+            distortion[2:4] *= signs[::-1]  # p1 acts along y, p2 along x
+        return replace(
+            self,
+            matrix=mirrored(self.matrix),
+            distortion=distortion,
+            rectification=turn @ self.rectification @ turn,
+            rectified=None if self.rectified is None else mirrored(self.rectified),
+            geometry=None,
+        )
+
     def _transformed(
         self, width: int, height: int, scale: tuple[float, float], shift: tuple[float, float]
     ) -> Calibration:
@@ -185,7 +220,7 @@ class Calibration:
 
         matrix = transformed(self.matrix)
         rectified = None if self.rectified is None else transformed(self.rectified)
-        return replace(self, width=width, height=height, matrix=matrix, rectified=rectified)
+        return replace(self, width=width, height=height, matrix=matrix, rectified=rectified, geometry=None)
 
 
 def _angle(centre: float, pixels: int, focal: float) -> float:

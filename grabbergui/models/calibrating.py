@@ -19,6 +19,7 @@ from psygnal import Signal
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.collector import Collector, Coverage, Result, ViewVerdict
+from grabbergui.calibration.frame_geometry import GeometryReader
 from grabbergui.core.errors import CalibrationError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
@@ -105,6 +106,7 @@ class CalibratingModel:
         self.requests = 0
         "Number of calls of `solve`; a solution of an earlier request is outdated."
         self._grabber = grabber
+        self._geometries = GeometryReader(grabber)
         self._board = self.settings.board()
         self._collector = Collector(self._board, self.wanted, still=True)
         self._collecting = False
@@ -139,6 +141,7 @@ class CalibratingModel:
         """Stop; return whether the thread ended within `timeout` seconds. May be called twice."""
         self._closed = True
         self._taken.set()
+        self._geometries.close()
         return self._sink is None or self._sink.stop(timeout)
 
     def take(self) -> BoardPreview | None:
@@ -236,7 +239,8 @@ class CalibratingModel:
 
     def _see(self, frame: Frame) -> None:
         collector = self._collector
-        verdict = collector.look(frame.mono(), keep=self._collecting)
+        geometry = self._geometries.of(frame)
+        verdict = collector.look(frame.mono(), keep=self._collecting, geometry=geometry)
         if verdict is ViewVerdict.KEPT and self._collecting:
             self.images.append(for_display(frame, None, KEPT_SIZE))
         image = render(frame, *self._view, DisplaySettings())

@@ -16,6 +16,7 @@ from collections.abc import Callable
 import numpy as np
 from psygnal import Signal
 
+from grabbergui.calibration.frame_geometry import GEOMETRY_FEATURES
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -187,6 +188,11 @@ class Runner:
         """Make a new detector for the next frame, for instance after a calibration. Any thread."""
         self._renew = True
 
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        """The calibration follows the camera's binning and region; so must the detector, which has it."""
+        if not names.isdisjoint(GEOMETRY_FEATURES):
+            self.renew_detector()
+
     def tune(self, config: Config) -> None:
         """Change gains, limits and rate from the next cycle on. Any thread."""
         self._tuned = config
@@ -194,6 +200,7 @@ class Runner:
     def _run(self) -> None:
         failure: Exception | None = None
         queue = self.grabber.open_queue(1)
+        self.grabber.features_changed.connect(self._on_features_changed)
         try:
             self.grabber.start()
             due = time.monotonic()
@@ -216,6 +223,7 @@ class Runner:
             self._running.clear()
             self.gate.halt(ENDED)
             queue.close()
+            self.grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
             self._close_detector()
         if isinstance(failure, GrabberError):
             log.error("servo loop: %s", failure)

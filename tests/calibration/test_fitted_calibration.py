@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,10 +16,13 @@ from grabbergui.core.errors import FeatureNotFoundError, UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.image_geometry import ImageGeometry
 from grabbergui.core.pfnc import by_name
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
-WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))
+PLAIN = Calibration(640, 480, MATRIX, np.zeros(5))
+"As ROS's tools write it: it does not say of which part of the sensor."
+WHOLE = replace(PLAIN, geometry=ImageGeometry((640, 480)))
 
 
 def frame(width, height, x=0, y=0):
@@ -28,7 +32,12 @@ def frame(width, height, x=0, y=0):
 def camera(width, height, **region):
     sizes = {"WidthMax": width, "HeightMax": height, **region}
     return ScriptedGrabber(
-        Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=value)
+        Feature(
+            name=name,
+            kind=FeatureKind.BOOLEAN if isinstance(value, bool) else FeatureKind.INTEGER,
+            access=AccessMode.READ_WRITE,
+            value=value,
+        )
         for name, value in sizes.items()
     )
 
@@ -38,27 +47,83 @@ def intrinsics(calibration):
     return (matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])
 
 
+def at(*whole, **geometry):
+    return ImageGeometry(whole, **geometry)
+
+
 def test_a_region_moves_the_centre_and_keeps_the_focal_length():
-    region = fitted(WHOLE, (160, 120), (64, 32), (640, 480))
+    region = fitted(WHOLE, (160, 120), at(640, 480, offset=(64, 32)))
 
     assert intrinsics(region) == (500, 500, 319.5 - 64, 239.5 - 32)
     assert (region.width, region.height) == (160, 120)
 
 
 def test_a_region_may_have_another_aspect_ratio():
-    assert intrinsics(fitted(WHOLE, (160, 200), (8, 0), (640, 480))) == (500, 500, 311.5, 239.5)
+    assert intrinsics(fitted(WHOLE, (160, 200), at(640, 480, offset=(8, 0)))) == (500, 500, 311.5, 239.5)
 
 
 def test_binning_shrinks_the_focal_length():
-    assert intrinsics(fitted(WHOLE, (320, 240), (0, 0), (320, 240))) == (250, 250, 159.5, 119.5)
+    assert intrinsics(fitted(WHOLE, (320, 240), at(320, 240, binning=(2, 2)))) == (250, 250, 159.5, 119.5)
 
 
 def test_binning_and_a_region_together():
-    assert intrinsics(fitted(WHOLE, (64, 48), (16, 8), (320, 240))) == (250, 250, 143.5, 111.5)
+    small = at(320, 240, offset=(16, 8), binning=(2, 2))
+    assert intrinsics(fitted(WHOLE, (64, 48), small)) == (250, 250, 143.5, 111.5)
 
 
-def test_a_calibration_of_the_same_size_is_returned_unchanged():
-    assert fitted(WHOLE, (640, 480), (100, 100), (2448, 2048)) is WHOLE
+def test_a_calibration_of_the_same_images_is_returned_unchanged():
+    region = replace(WHOLE, geometry=at(2448, 2048, offset=(100, 100)))
+    assert fitted(region, (640, 480), at(2448, 2048, offset=(100, 100))) is region
+
+
+SENSOR = (1608, 1212)
+"Whole numbers of pixels with each binning."
+
+
+@st.composite
+def settings_of_a_camera(draw):
+    """The settings of a camera: binning times decimation, mirroring, and a region, with its size."""
+    binning = draw(st.sampled_from([1, 2, 3, 4])), draw(st.sampled_from([1, 2, 4]))
+    whole = SENSOR[0] // binning[0], SENSOR[1] // binning[1]
+    offset = draw(st.integers(0, whole[0] // 2)), draw(st.integers(0, whole[1] // 2))
+    size = (
+        draw(st.integers(whole[0] // 4, whole[0] - offset[0])),
+        draw(st.integers(whole[1] // 4, whole[1] - offset[1])),
+    )
+    mirrored = draw(st.booleans()), draw(st.booleans())
+    return ImageGeometry(whole, offset, binning, mirrored), size
+
+
+def seen_at(point, calibration, geometry):
+    """Return where an image has what the sensor sees at a point, pixel by pixel of the sensor."""
+    places = []
+    for axis in (0, 1):
+        place = point[axis]
+        if geometry.reversed[axis]:
+            place = SENSOR[axis] - 1 - place
+        # The pixel that combines `binning` of the sensor's has its centre in the middle of theirs.
+        places.append((place - (geometry.binning[axis] - 1) / 2) / geometry.binning[axis])
+    return [place - start for place, start in zip(places, geometry.offset, strict=True)]
+
+
+@given(settings_of_a_camera(), settings_of_a_camera(), st.floats(-0.5, 0.5), st.floats(-0.4, 0.4))
+def test_a_calibration_of_any_settings_fits_any_others(made, used, x, y):
+    """OpenCV projects with the fitted calibration what the sensor saw, counted in the sensor's pixels."""
+    lens = np.array([-0.21, 0.08, 0.004, -0.003, 0.01])
+    matrix = np.array([[1300.0, 0, 790.25], [0, 1310.0, 611.5], [0, 0, 1]])
+    whole = replace(Calibration(*SENSOR, matrix, lens), geometry=ImageGeometry(SENSOR))
+    (geometry, size), (other, other_size) = made, used
+
+    calibrated = fitted(whole, size, geometry)
+    result = fitted(calibrated, other_size, other)
+
+    nothing = np.zeros(3)
+    ray = np.array([[[x, y, 1.0]]])
+    on_sensor = cv2.projectPoints(ray, nothing, nothing, matrix, lens)[0].ravel()
+    # An image that is mirrored is that of a mirrored world.
+    mirror = np.array([-1 if each else 1 for each in other.reversed] + [1])
+    projected = cv2.projectPoints(ray * mirror, nothing, nothing, result.matrix, result.distortion)[0].ravel()
+    assert projected == pytest.approx(seen_at(on_sensor, result, other), abs=1e-6)
 
 
 def test_a_file_of_another_camera_is_reported_and_used(tmp_path, caplog):
@@ -78,17 +143,77 @@ def test_a_file_of_another_camera_is_reported_and_used(tmp_path, caplog):
     ]
 
 
-def test_a_calibration_of_another_region_is_refused():
-    with pytest.raises(UsageError, match="another crop"):
-        fitted(WHOLE, (1224, 1024), (0, 0), (2448, 2048))
+def test_a_calibration_of_an_unknown_region_is_refused_and_the_size_of_the_images_named():
+    calibrations = FittedCalibration(camera(4096, 2160, Width=1224, Height=1024))
+    calibrations.calibration = PLAIN
+    with pytest.raises(
+        UsageError, match="is of 640×480 images, the camera sends 1224×1024, which is another"
+    ):
+        calibrations.now()
 
 
 def test_an_unknown_crop_causes_one_warning(caplog):
     calibrations = FittedCalibration(camera(2448, 2048))
-    calibrations.calibration = WHOLE
+    calibrations.calibration = PLAIN
 
     assert [calibrations.of(frame(1224, 1024)) for _ in range(3)] == [None] * 3
     assert len([record for record in caplog.records if "without a calibration" in record.message]) == 1
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_region_that_was_calibrated_stays_right_when_the_camera_bins_moves_and_mirrors(kept, caplog):
+    """The image has the size of the calibration throughout."""
+    settings = {"BinningHorizontal": 1, "BinningVertical": 1, "ReverseX": False, "DecimationVertical": 1}
+    grabber = camera(2448, 2048, Width=640, Height=480, OffsetX=900, OffsetY=700, **settings)
+    calibrations = FittedCalibration(grabber)
+    if kept:
+        calibrations.keep(PLAIN)  # as `set_camera_info` does, while these images are sent
+    else:
+        calibrations.calibration = PLAIN
+    assert intrinsics(calibrations.of(frame(640, 480, 900, 700))) == (500, 500, 319.5, 239.5)
+
+    assert intrinsics(calibrations.of(frame(640, 480, 910, 690))) == (500, 500, 309.5, 249.5)
+
+    for name, value in {"BinningHorizontal": 2, "WidthMax": 1224, "DecimationVertical": 2}.items():
+        grabber.set(name, value)
+    grabber.set("HeightMax", 1024)
+    binned = calibrations.of(frame(640, 480, 292, 272))
+    assert intrinsics(binned) == (250, 250, 609.5 - 292, 469.5 - 272)
+
+    grabber.set("ReverseX", True)
+    mirrored = calibrations.of(frame(640, 480, 292, 272))
+    assert intrinsics(mirrored) == (250, 250, 1223 - 609.5 - 292, 469.5 - 272)
+    assert not caplog.messages
+    calibrations.close()
+
+
+def test_a_camera_whose_largest_size_ignores_binning():
+    grabber = camera(2448, 2048, SensorWidth=2448, SensorHeight=2048, BinningHorizontal=2, BinningVertical=2)
+    calibrations = FittedCalibration(grabber)
+    calibrations.calibration = replace(PLAIN, geometry=ImageGeometry((2448, 2048)))
+    assert intrinsics(calibrations.of(frame(320, 240))) == (250, 250, 159.5, 119.5)
+    calibrations.close()
+
+
+def test_impossible_features_of_a_camera_are_no_geometry(caplog):
+    calibrations = FittedCalibration(camera(640, 0, BinningHorizontal=-3))
+    calibrations.calibration = PLAIN
+    assert intrinsics(calibrations.of(frame(640, 480))) == intrinsics(PLAIN)
+    calibrations.close()
+
+
+def test_the_file_records_the_geometry(tmp_path):
+    file = tmp_path / "camera.yaml"
+    grabber = camera(
+        1224, 1024, Width=640, Height=480, OffsetX=8, OffsetY=4, BinningHorizontal=2, ReverseY=True
+    )
+    FittedCalibration(grabber, file).keep(PLAIN)
+    assert camera_info.load(file).geometry == ImageGeometry((1224, 1024), (8, 4), (2, 1), (False, True))
+
+    text = file.read_text()
+    for fault in ("width_max: 0", "width_max: many"):
+        with pytest.raises(UsageError, match=r"camera\.yaml: "):
+            camera_info.parse(text.replace("width_max: 1224", fault), "camera.yaml")
 
 
 def test_binning_at_the_same_frame_size_is_noticed():
@@ -110,6 +235,7 @@ def test_binning_that_changes_while_a_calibration_is_fitted_takes_effect_at_the_
     calibrations = FittedCalibration(grabber)
     calibrations.calibration = WHOLE
     calibrations.of(frame(32, 24))  # listens to the camera from now on
+    grabber.set("HeightMax", 480)  # so that the features are read again
     read = grabber.feature
 
     def read_before_a_change(name):
@@ -141,6 +267,8 @@ def test_another_calibration_takes_effect_and_none_is_none():
     assert calibrations.of(frame(640, 480)) is None
     calibrations.calibration = WHOLE
     assert calibrations.of(frame(640, 480)) is WHOLE
+    calibrations.calibration = PLAIN
+    assert intrinsics(calibrations.of(frame(640, 480))) == intrinsics(PLAIN)
     calibrations.calibration = None
     assert calibrations.of(frame(640, 480)) is None
 

@@ -4,11 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
+from fakes import ScriptedGrabber
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.calibration_choice import CalibrationChoice
+from grabbergui.calibration.fitting import FrameCalibration
 from grabbergui.calibration.marker_pose import located
 from grabbergui.core.errors import UsageError
-from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.image.rendering import Region
 from grabbergui.models.image.undistortion import distorted_pixel, undistorted
 from grabbergui.net.yarp.grabber_values import intrinsics
@@ -78,7 +79,7 @@ def test_a_fisheye_lens_is_served_on_both_networks():
     message = type(
         "CameraInfo", (), {"roi": type("Roi", (), {"width": 0, "height": 0}), "binning_x": 0, "binning_y": 0}
     )
-    messages.fill_camera_info(message, calibration)
+    messages.fill_camera_info(message, FrameCalibration(calibration, calibration))
     assert (message.distortion_model, message.d) == ("equidistant", [-0.021, 0.004, -0.003, 0.0005])
     assert messages.read_camera_info(message, "dome").fisheye
 
@@ -100,7 +101,7 @@ def test_servoing_refuses_a_fisheye_lens_with_the_reason(tmp_path):
     with pytest.raises(
         UsageError, match=rf"{path}: .* fisheye lens \(equidistant\); poses and servoing need plumb"
     ):
-        CalibrationChoice.file(path, DeviceInfo("sim:", "Simulated"))
+        CalibrationChoice.file(path, ScriptedGrabber())
 
 
 def test_no_pose_is_found_with_a_fisheye_lens(tmp_path):

@@ -18,6 +18,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.calibration.fitting import FrameCalibration
 from grabbergui.core import ros_encodings
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
@@ -155,14 +156,24 @@ DEFAULT_MODEL = "plumb_bob"
 """Distortion model of a message that names none."""
 
 
-def fill_camera_info(message: Any, calibration: Calibration) -> None:
-    """Write a calibration into a message; its header is left alone."""
+def fill_camera_info(message: Any, forms: FrameCalibration) -> None:
+    """Write a calibration into a message; its header is left alone.
+
+    The matrices are those of the images that were calibrated or of the whole sensor; region and binning say
+    what the frame is of these, as `sensor_msgs/CameraInfo` has it.
+    """
+    calibration = forms.full
     message.width, message.height = calibration.width, calibration.height
     message.distortion_model = calibration.distortion_model
     message.d = [float(value) for value in np.ravel(calibration.distortion)]
     message.k = [float(value) for value in np.ravel(calibration.matrix)]
     message.r = [float(value) for value in np.ravel(calibration.rectification)]
     message.p = [float(value) for value in np.ravel(calibration.projection)]
+    if forms.binning is not None:
+        message.binning_x, message.binning_y = forms.binning
+    if forms.region is not None:
+        region = message.roi
+        region.x_offset, region.y_offset, region.width, region.height = forms.region
 
 
 def read_camera_info(message: Any, name: str) -> Calibration:

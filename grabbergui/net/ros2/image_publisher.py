@@ -152,9 +152,9 @@ class ImagePublisher:
         image = component or frame
         message = self._info_type(width=image.width, height=image.height)
         same_size = (image.width, image.height) == (frame.width, frame.height)
-        calibration = self._calibration.of(frame) if same_size else None
-        if calibration is not None:
-            fill_camera_info(message, calibration)
+        forms = self._calibration.forms(frame) if same_size else None
+        if forms is not None:
+            fill_camera_info(message, forms)
         return message
 
 

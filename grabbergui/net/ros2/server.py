@@ -94,6 +94,7 @@ class Ros2GrabberServer:
         """Join the network; start the stream if it is off."""
         try:
             self._parameters.start()
+            self._calibration.assume_settings()
             if not self._grabber.streaming:
                 self._grabber.start()
                 self._started_stream = True

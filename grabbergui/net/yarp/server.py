@@ -76,8 +76,9 @@ class YarpGrabberServer:
         """
         self.name = name = name.rstrip("/") or name  # /grabber/ would have its requests at /grabber//rpc
         self._grabber = grabber
+        self._calibration = calibration or FittedCalibration(grabber)
         self._service = GrabberService(
-            grabber, normalised=normalised, terminal=terminal, calibration=calibration
+            grabber, normalised=normalised, terminal=terminal, calibration=self._calibration
         )
         self._run_line = terminal
         self._rpc = RpcServer(f"{name}/rpc", self._answer, names, bind=bind, allowed=allowed)
@@ -107,6 +108,7 @@ class YarpGrabberServer:
             if not self._grabber.streaming:
                 self._grabber.start()
                 self._started_stream = True
+            self._calibration.assume_settings()
         except GrabberError:
             self.stop()
             raise

@@ -171,7 +171,7 @@ class CalibrationChooser(QObject):
     def use(self, path: Path) -> None:
         """Take a file's calibration, or report its fault."""
         try:
-            self.choice = CalibrationChoice.file(path, self._grabber.info)
+            self.choice = CalibrationChoice.file(path, self._grabber)
         except (UsageError, OSError) as error:
             self._dialog.setProblem(error_text(error))
         else:

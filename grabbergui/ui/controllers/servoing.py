@@ -155,7 +155,7 @@ class ServoController(QObject):
         if not isinstance(self._calibration, CalibrationChoice) or not isinstance(self._runner, Runner):
             return
         try:
-            self._calibration.exchange(CalibrationChoice.file(path, self._runner.grabber.info))
+            self._calibration.exchange(CalibrationChoice.file(path, self._runner.grabber))
         except (UsageError, OSError) as error:
             self._window.messages.showError(error_text(error))
             return

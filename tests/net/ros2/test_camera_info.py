@@ -1,14 +1,16 @@
 """Calibrations as messages and back; without ROS."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.fitting import fitted
+from grabbergui.calibration.fitting import FrameCalibration, fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
+from grabbergui.core.image_geometry import ImageGeometry
 from grabbergui.net.ros2.image_messages import fill_camera_info, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
@@ -62,7 +64,9 @@ def test_a_stereo_pairs_rectification_and_baseline_are_kept_through_binning_and_
 
     kept = camera_info.parse(camera_info.dump(read_camera_info(given, "right")))
     reported = SimpleNamespace()
-    fill_camera_info(reported, fitted(kept, (64, 48), (16, 8), (320, 240)))
+    whole = replace(kept, geometry=ImageGeometry((640, 480)))
+    small = fitted(whole, (64, 48), ImageGeometry((320, 240), (16, 8), (2, 2)))
+    fill_camera_info(reported, FrameCalibration(small, small))
 
     assert reported.r == turn.ravel().tolist()
     assert reported.p == [240, 0, 301 / 2 - 0.5 - 16, -24, 0, 240, 231 / 2 - 0.5 - 8, 0, 0, 0, 1, 0]
@@ -77,7 +81,8 @@ def test_an_image_binned_in_one_direction_has_its_own_focal_lengths():
 
 def test_without_a_rectification_it_is_the_cameras_own():
     reported = SimpleNamespace()
-    fill_camera_info(reported, read_camera_info(message(), "left"))
+    calibration = read_camera_info(message(), "left")
+    fill_camera_info(reported, FrameCalibration(calibration, calibration))
 
     assert reported.r == np.eye(3).ravel().tolist()
     assert reported.p == [500, 0, 319.5, 0, 0, 500, 239.5, 0, 0, 0, 1, 0]

@@ -25,7 +25,7 @@ from grabbergui import sources  # noqa: E402
 from grabbergui.calibration.fitting import FittedCalibration  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.client_link import IMAGE_TYPE  # noqa: E402
-from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402
+from grabbergui.net.ros2.image_messages import read_camera_info, receive_camera_info  # noqa: E402
 from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from lost_camera import away  # noqa: E402
@@ -143,7 +143,9 @@ def test_a_calibration_is_kept_and_scaled(server, probe, camera, tmp_path):
     until(lambda: infos.get(timeout=PATIENCE).k[0] == 1500)
     camera.write_feature("BinningHorizontal", 2)
     camera.write_feature("BinningVertical", 2)
-    until(lambda: infos.get(timeout=PATIENCE).k[0] == 750)
+    message = until(lambda: (found := infos.get(timeout=PATIENCE)).binning_y == 2 and found)
+    assert (message.width, message.height, message.k[0]) == (4096, 2160, 1500)
+    assert read_camera_info(message, "cam").matrix[0, 0] == 750
     assert "cam" in (tmp_path / "cam.yaml").read_text()
 
 
@@ -158,7 +160,8 @@ def test_a_calibration_outlives_the_server(camera, probe, tmp_path):
         message = infos.get(timeout=PATIENCE)
 
     offset = camera.feature("OffsetX").value
-    assert (message.k[0], message.k[2], message.d[0]) == (1500.0, 2047.5 - offset, 0.1)
+    assert (message.k[0], message.k[2], message.d[0]) == (1500.0, 2047.5, 0.1)
+    assert (message.roi.x_offset, message.roi.width, message.roi.height) == (offset, 320, 240)
 
 
 def test_an_impossible_calibration_is_refused_and_a_refused_file_stops_no_server(camera, probe, tmp_path):
@@ -273,13 +276,58 @@ def test_a_region_leaves_images_and_calibration_right(server, probe, camera):
     assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor()).success
     images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
     before = camera.feature("OffsetX").value
-    until(lambda: infos.get(timeout=PATIENCE).k[2] == 2047.5 - before)
+    until(lambda: infos.get(timeout=PATIENCE).roi.x_offset == before)
 
     camera.write_feature("Height", 200)  # other proportions than the calibration's
     camera.write_feature("OffsetX", 64)
 
-    until(lambda: infos.get(timeout=PATIENCE).k[2] == 2047.5 - 64)
+    message = until(lambda: (found := infos.get(timeout=PATIENCE)).roi.x_offset == 64 and found)
+    assert (message.roi.width, message.roi.height) == (320, 200)
+    assert read_camera_info(message, "cam").matrix[0, 2] == 2047.5 - 64
     until(lambda: images.get(timeout=PATIENCE).height == 200)
+
+
+def as_image_geometry(message):
+    """Return fx, fy, cx, cy of K and of P for the image, as image_geometry computes them."""
+    found = []
+    for matrix, columns in ((message.k, 3), (message.p, 4)):
+        fx, cx, fy, cy = matrix[0], matrix[2], matrix[columns + 1], matrix[columns + 2]
+        cx, cy = cx - message.roi.x_offset, cy - message.roi.y_offset
+        across, down = max(message.binning_x, 1), max(message.binning_y, 1)
+        found.append((fx / across, fy / down, cx / across, cy / down))
+    return found
+
+
+def test_a_calibrated_region_stays_right_when_the_camera_bins_and_the_region_moves(
+    server, probe, camera, remote
+):
+    """The image has the same size throughout, so its size tells nothing."""
+    info = CameraInfo(width=320, height=240, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    info.k = [500.0, 0.0, 160.0, 0.0, 500.0, 120.0, 0.0, 0.0, 1.0]
+    assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=info).success
+    infos = probe.subscribe(CameraInfo, "/cam/camera_info")
+    same = until(lambda: (found := infos.get(timeout=PATIENCE)).k[0] and found)
+    assert list(same.k) == list(info.k) and (same.roi.width, same.binning_x) == (0, 0)
+    calibrated = [camera.feature(name).value for name in ("OffsetX", "OffsetY")]
+
+    for name in ("BinningHorizontal", "BinningVertical"):
+        camera.write_feature(name, 2)
+    camera.write_feature("OffsetX", 64)
+    camera.write_feature("OffsetY", 32)
+
+    message = until(lambda: (found := infos.get(timeout=PATIENCE)).roi.y_offset == 64 and found)
+    assert (message.width, message.height, message.binning_x, message.binning_y) == (4096, 2160, 2, 2)
+    assert (message.roi.x_offset, message.roi.width, message.roi.height) == (128, 640, 480)
+    # The centre of a pixel that combines 2×2 lies half a pixel of the sensor from that of its first.
+    centre = [(160 + calibrated[0] - 0.5) / 2 - 64, (120 + calibrated[1] - 0.5) / 2 - 32]
+    for model in as_image_geometry(message):  # which leaves out this half pixel
+        assert model == pytest.approx((250, 250, centre[0] + 0.25, centre[1] + 0.25))
+    matrix = read_camera_info(message, "cam").matrix
+    assert (matrix[0, 0], *matrix[:2, 2]) == pytest.approx((250, *centre))
+
+    remote.start()
+    seen = until(lambda: (found := remote.calibration()) and found.matrix[0, 0] == 250 and found)
+    assert (seen.width, seen.height) == (320, 240) and np.allclose(seen.matrix, matrix)
 
 
 def test_image_topics_are_listed(server):
@@ -344,7 +392,7 @@ def test_components_are_topics_with_ranges_in_metres_and_points_on_request(serve
     assert np.isnan(metres).any() and 0.55 < np.nanmin(metres) < np.nanmax(metres) < 1.5
 
     fitted = until(lambda: (found := info.get(timeout=PATIENCE)).k[0] and found)
-    assert (fitted.width, fitted.height, fitted.k[0]) == (320, 240, 1500.0)
+    assert (fitted.roi.width, fitted.roi.height, fitted.k[0]) == (320, 240, 1500.0)
 
     confidence = confidences.get(timeout=PATIENCE)
     assert (confidence.encoding, len(confidence.data)) == ("mono8", 320 * 240)

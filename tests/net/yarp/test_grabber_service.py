@@ -118,6 +118,13 @@ def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber,
     assert reported["distortionModel"] == "plumb_bob"
     angles = [2 * math.degrees(math.atan(half)) for half in (84 / 200, 50 / 250)]
     assert wire.ask(Operation.GET_FIELD_OF_VIEW).values == pytest.approx(angles)
+
+    calibration.assume_settings()  # as a server does at its start
+    grabber.write_feature("BinningHorizontal", 2)
+    assert grabber.feature("Width").value == 168  # of a sensor with half as many columns
+    (reported,) = wire.ask(Operation.INTRINSICS).values
+    assert isinstance(reported, Mapping)
+    assert (reported["focalLengthX"], reported["focalLengthY"]) == (100, 250)
     assert not wire.ask(Operation.SET_FIELD_OF_VIEW, 30.0, 20.0).ok
     service.close()
 
