@@ -11,8 +11,8 @@ a fault costs at most the node or the entry that has it, and often nothing:
 - ToolTip and Description and the rest of a node's head are put into the schema's order;
 - the second of two nodes or entries of one name is dropped, an entry without a number, and an enumeration
   without entries;
-- a reference to a node that does not exist is dropped where the schema allows that (a category's feature, a
-  limit, a lock); otherwise the node is dropped that needs it.
+- a reference to a node that does not exist, and one by which a node would depend on itself, is dropped where
+  the schema allows that (a category's feature, a limit, a lock); otherwise the node is dropped that needs it.
 
 Sans-I/O; any thread.
 """
@@ -22,10 +22,12 @@ from __future__ import annotations
 import logging
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
+
+from grabbergui.driver.genapi.reference_cycles import cyclic_groups, dependency_order
 
 log = logging.getLogger(__name__)
 
@@ -58,6 +60,10 @@ _OPTIONAL = frozenset({
     "pIsImplemented", "pIsAvailable", "pIsLocked", "pMin", "pMax", "pInc", "pValueCopy",
 })  # fmt: skip
 "References without which their node still works."
+_UNREAD = frozenset({"pSelected", "pInvalidator", "pError", "pAlias", "pCastAlias"})
+"References that may form cycles among those by which nodes are read."
+_Users = defaultdict[str, list[tuple[str, Element, Element]]]
+"By the name of a node: those that refer to it, with the element that owns the reference, and the reference."
 _REFERENCE = re.compile(r"p[A-Z]\w*$")
 _SYMBOL = re.compile(r"[A-Za-z0-9]\w*$", re.ASCII)
 "What GenApi takes as the name of an enumeration's entry."
@@ -246,8 +252,8 @@ class _Description:
         entry.insert(last + 1, element)
 
     def _resolve(self) -> None:
-        """Drop references to missing nodes, and the nodes that cannot do without them."""
-        users: defaultdict[str, list[tuple[str, Element, Element]]] = defaultdict(list)
+        """Drop references to missing nodes and cycles of references, and the nodes that need them."""
+        users: _Users = defaultdict(list)
         for name, node in self._nodes.items():
             for owner, child, target in _references(node):
                 users[target].append((name, owner, child))
@@ -255,6 +261,11 @@ class _Description:
         for name in self._empty:
             self._drop(self._parents[name], self._nodes.pop(name), f"{name} has no entries")
             missing.append(name)
+        self._drop_users(missing, users)
+        for chosen in (lambda kind: kind not in _UNREAD, "pSelected".__eq__):
+            self._drop_users(self._break_cycles(chosen), users)
+
+    def _drop_users(self, missing: list[str], users: _Users) -> None:
         while missing:
             target = missing.pop()
             for name, owner, child in users.pop(target, ()):
@@ -265,6 +276,38 @@ class _Description:
                 else:
                     self._drop(self._parents[name], self._nodes.pop(name), f"{name} needs {target}")
                     missing.append(name)
+
+    def _break_cycles(self, chosen: Callable[[str], bool]) -> list[str]:
+        """Drop references of the `chosen` kinds until no node depends on itself; return dropped nodes.
+
+        A node is dropped only if no reference in its cycle can be.
+        """
+        uses = {
+            name: [
+                (owner, child, target)
+                for owner, child, target in _references(node)
+                if chosen(_tag(child)) and target in self._nodes and child not in self._dropped[owner]
+            ]
+            for name, node in self._nodes.items()
+        }
+        without = []
+        for group in cyclic_groups({name: {target for *_, target in used} for name, used in uses.items()}):
+            members, needs = set(group), {name: set[str]() for name in group}
+            optional = []
+            for name in group:
+                for owner, child, target in uses[name]:
+                    if target in members and _tag(child) in _OPTIONAL:
+                        optional.append((name, owner, child, target))
+                    elif target in members:
+                        needs[name].add(target)
+            places = {name: place for place, name in enumerate(dependency_order(needs))}
+            for name in members - places.keys():
+                self._drop(self._parents[name], self._nodes.pop(name), f"{name} needs itself")
+                without.append(name)
+            for name, owner, child, target in optional:
+                if name in places and places.get(target, -1) >= places[name]:
+                    self._drop(owner, child, f"{name} depends on itself through {target}")
+        return without
 
 
 def _nodes(root: Element) -> Iterator[tuple[Element, Element]]:

@@ -18,6 +18,7 @@ HEAD = """<?xml version="1.0" encoding="utf-8"?>
  ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
  MajorVersion="1" MinorVersion="0" SubMinorVersion="0" ProductGuid="1" VersionGuid="1">
 <Port Name="Device"/>"""
+OTHER = '<Integer Name="Other"><pValue>Gain</pValue></Integer>'
 WIDTH = '<Integer Name="Width"><Value>64</Value></Integer>'
 
 
@@ -117,6 +118,63 @@ def test_a_node_that_needs_a_missing_one_is_dropped_with_all_that_need_it(opened
 
     assert nodes.feature("Width").value == 64
     assert not nodes.has("Gain")
+
+
+@pytest.mark.parametrize(
+    "faulty",
+    [
+        '<Integer Name="Gain"><pValue>Gain</pValue></Integer>',
+        f'<Integer Name="Gain"><pValue>Other</pValue></Integer>{OTHER}',
+        '<IntSwissKnife Name="Gain"><pVariable Name="X">Other</pVariable><Formula>X</Formula></IntSwissKnife>'
+        + OTHER,
+    ],
+)
+def test_a_node_that_needs_itself_is_dropped_with_all_that_need_it(opened, faulty, caplog):
+    nodes = opened(WIDTH + faulty, "Gain", "Width")
+
+    assert nodes.feature("Width").value == 64
+    assert not nodes.has("Gain")
+    assert "needs itself" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("inside", "other"),
+    [
+        ("<Value>5</Value><pMin>Other</pMin>", OTHER),
+        (
+            "<pIsLocked>Other</pIsLocked><Value>5</Value>",
+            '<Integer Name="Other"><pValue>Gain</pValue></Integer>',
+        ),
+        (
+            "<Value>5</Value><pSelected>Other</pSelected>",
+            '<Integer Name="Other"><Value>1</Value><pSelected>Gain</pSelected></Integer>',
+        ),
+        (
+            "<Value>5</Value>",
+            '<Category Name="C"><pFeature>D</pFeature></Category>'
+            '<Category Name="D"><pFeature>C</pFeature></Category>',
+        ),
+    ],
+)
+def test_a_cycle_that_a_node_can_do_without_costs_only_the_reference(opened, inside, other):
+    nodes = opened(f'<Integer Name="Gain">{inside}</Integer>{other}', "Gain")
+
+    assert nodes.feature("Gain").value == 5
+    nodes.write("Gain", 7)
+    assert nodes.feature("Gain").value == 7
+
+
+def test_many_long_cycles_take_little_time():
+    count = 20_000
+    chain = "".join(
+        f'<Integer Name="N{at}"><pMin>N0</pMin><pValue>N{at + 1}</pValue></Integer>' for at in range(count)
+    )
+    began = time.process_time()
+
+    text = mended(description(chain + f'<Integer Name="N{count}"><Value>1</Value></Integer>', "N1"))
+
+    assert "N0</pMin>" not in text
+    assert time.process_time() - began < 5
 
 
 def test_a_missing_limit_or_lock_costs_only_itself(opened):
