@@ -16,12 +16,12 @@ from typing_extensions import override
 from benchmarks._network_runs import on_this_machine_only
 from benchmarks.servo_guardian import Tireless, undisturbed
 from grabbergui.calibration.geometry import Vector
-from grabbergui.cli.servo_robots import ROS2_PREFIX, YARP_PREFIX
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.servo.cli.servo_robots import ROS2_PREFIX, YARP_PREFIX
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.robots.teo_ports import TeoPorts

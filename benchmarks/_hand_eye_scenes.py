@@ -8,7 +8,8 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.hand_eye_model import (
+from grabbergui.core.calibration import Calibration
+from grabbergui.servo.hand_eye.measurement import (
     Arrangement,
     Guess,
     HandEyeView,
@@ -16,8 +17,7 @@ from grabbergui.calibration.hand_eye_model import (
     camera_from_target,
     information,
 )
-from grabbergui.calibration.hand_eye_proposals import propose
-from grabbergui.core.calibration import Calibration
+from grabbergui.servo.hand_eye.proposals import propose
 from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots import teo
 

@@ -20,8 +20,8 @@ from grabbergui import cli
 from grabbergui.calibration import geometry
 from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.calibration.markers import Grey
-from grabbergui.cli import servo_robots
 from grabbergui.servo import closed_loop
+from grabbergui.servo.cli import servo_robots
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import HAND_ON_MARKER
 from grabbergui.servo.detection import Detector
@@ -80,7 +80,7 @@ def main(arguments: list[str]) -> int:
     with ExitStack() as stack:
         stack.enter_context(patch.object(servo_robots, "assemble", assembled))
         if "--headless" not in arguments:
-            from grabbergui.ui.run import servo_process
+            from grabbergui.servo.ui import servo_process
 
             window = [str(Path(__file__).with_name("_servo_window.py")), os.ttyname(sys.stdin.fileno())]
             stack.enter_context(patch.object(servo_process, "WINDOW_PROGRAM", window))

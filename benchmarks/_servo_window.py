@@ -12,9 +12,9 @@ from typing import Any
 from PyQt5.QtCore import QSocketNotifier, Qt
 from PyQt5.QtTest import QTest
 
+from grabbergui.servo.ui.servo_process import main
+from grabbergui.servo.ui.servo_window import ServoWindow
 from grabbergui.ui.application import application
-from grabbergui.ui.run.servo_process import main
-from grabbergui.ui.views.servo_window import ServoWindow
 
 
 def obey(terminal: str) -> Any:

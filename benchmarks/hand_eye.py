@@ -15,7 +15,7 @@ from benchmarks import _hand_eye_scenes as scenes
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
 from grabbergui.calibration import geometry
-from grabbergui.calibration.hand_eye import solve
+from grabbergui.servo.hand_eye.solver import solve
 
 MM, DEGREES, VIEWS = 1.5, 0.15, 30
 METHOD = f"""TEO's head and arm, with every joint off by 0.2° in either direction, and the camera some 7 mm

@@ -32,7 +32,7 @@ from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots.robot import Robot
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.runner import Runner
-from grabbergui.ui.run.servo_process import servo_in_own_process
+from grabbergui.servo.ui.servo_process import servo_in_own_process
 
 Photon = Callable[[Frame], float]
 """Returns the middle of a frame's exposure, seconds of `time.monotonic`."""

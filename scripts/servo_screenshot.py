@@ -16,23 +16,23 @@ import numpy as np
 from psygnal import Signal
 from PyQt5.QtTest import QTest
 
-from grabbergui.calibration.hand_eye_file import CameraMount
 from grabbergui.core.frame import Frame
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
-from grabbergui.servo.hand_eye_stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
+from grabbergui.servo.hand_eye.stand import HandEyeStand, SimulatedCameras
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.ui.hand_eye_controller import HandEyeController
+from grabbergui.servo.ui.hand_eye_dialog import HandEyeDialog
+from grabbergui.servo.ui.hand_eye_view import HandEyePage
+from grabbergui.servo.ui.servo_controller import ServoController
+from grabbergui.servo.ui.servo_window import ServoWindow
 from grabbergui.ui.application import application
-from grabbergui.ui.controllers.hand_eye import HandEyeController
-from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.bases import HandEyePage
-from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
-from grabbergui.ui.views.servo_window import ServoWindow
 
 SECONDS, SHOWN_AT = 9.4, 4.0
 SHOWN_EVERY = 4

@@ -55,7 +55,7 @@ def compile_package() -> None:
     """Compile the package once, its forms, and its loops over pixels; or each worker and program does it."""
     subprocess.run([sys.executable, "-m", "compileall", "-q", "-j", "0", "grabbergui"], cwd=REPOSITORY)
     code = []
-    if any(not is_newer(Path(cache_from_source(str(form))), form) for form in PACKAGE.glob("ui/forms/*.ui")):
+    if any(not is_newer(Path(cache_from_source(str(form))), form) for form in PACKAGE.rglob("forms/*.ui")):
         code.append("from grabbergui.ui.form_loader import compile_forms; compile_forms()")
     loops = PACKAGE / "core" / "compiled_loops.py"
     if not any(is_newer(made, loops) for made in loops.parent.glob("__pycache__/compiled_loops.*.nbi")):

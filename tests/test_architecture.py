@@ -26,7 +26,7 @@ HOMES = {
     "psutil": ("driver/gige", "net/yarp/os"),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),
-    **dict.fromkeys(QT, ("ui",)),
+    **dict.fromkeys(QT, ("ui", "servo/ui")),
 }
 """Library: the only folders that import it."""
 

@@ -55,7 +55,7 @@ def test_the_layers_are_those_of_the_import_contract() -> None:
     assert layers is not None
     drawing = PAGE.split("```")[1]
     drawn = [re.findall(r"(?<!\S)([a-z]+)(?:/|\.py)(?!\S)", line) for line in drawing.strip().splitlines()]
-    assert drawn == [layer.split(" | ") for layer in json.loads(layers[1])]
+    assert drawn == [layer.strip("()").split(" | ") for layer in json.loads(layers[1])]
 
 
 def test_every_package_and_file_of_the_table_exists() -> None:

@@ -1,1 +1,1 @@
-"""Camera calibration: boards and markers, the fit and its file, and hand–eye calibration."""
+"""Camera calibration: boards and markers, poses, the fit and its file."""

@@ -1,8 +1,8 @@
 """The command line: `grabbergui [SOURCE]` opens the window, `grabbergui COMMAND …` does the rest.
 
 One file per family of commands; each adds its parsers in `add_commands` and sets `run` to the function that
-does the work and returns the exit code. Help has an example, keeps to the terminal's width, and ends by
-itself.
+does the work and returns the exit code. `guests` finds the commands of other packages. Help has an example,
+keeps to the terminal's width, and ends by itself.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from grabbergui import __version__
+from grabbergui.cli.guests import add_guest_commands, guest_commands
 from grabbergui.cli.process import (
     LOG_FORMATS,
     Terminated,
@@ -40,9 +41,8 @@ EXIT_TERMINATED = 143
 EXIT_CODES = {
     0: "success; also after Ctrl-C, SIGTERM or SIGHUP if the command runs until then",
     EXIT_FAILURE: "something failed, and one line on stderr says what: no such camera, no name server, no "
-    "control. `diff`: the settings differ; `doctor`: a problem was found; `servo` with --headless "
-    "or --seconds: the marker was not reached; `terminal`: a line of a script was refused; "
-    "`gui --offscreen`: no image arrived",
+    "control. `diff`: the settings differ; `doctor`: a problem was found; `terminal`: a line "
+    "of a script was refused; `gui --offscreen`: no image arrived",
     EXIT_USAGE: "wrong usage: an option, a value, a file that does not exist, or one that does and would be "
     "overwritten",
     EXIT_HUNG_UP: "the terminal was closed before the end (SIGHUP); the camera is released first",
@@ -78,17 +78,16 @@ FAMILIES = {
     "events": ("events",),
     "serve": ("serve",),
     "simulate": ("simulate",),
-    "simulate_robots": ("simulate-teo", "simulate-tiago"),
     "name_servers": ("yarp-server",),
     "gige": ("force-ip", "persistent-ip", "trigger-group"),
-    "calibrate": ("calibrate", "hand-eye"),
-    "servo": ("servo",),
+    "calibrate": ("calibrate",),
 }
 """Modules here, and the commands that each adds, in the order of `--help`.
 
 A command imports its own family alone, within `main`: the imports take long enough for a Ctrl-C.
 """
 COMMANDS = tuple(command for commands in FAMILIES.values() for command in commands)
+"""All commands but those of guests."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -133,11 +132,11 @@ def _run(arguments: list[str]) -> int:
         # A bare source, or only options of the window, mean the window.
         place = _command_place(arguments)
         first = arguments[place] if place < len(arguments) else ""
-        if first not in COMMANDS and first not in ("-h", "--help", "--version"):
+        if first not in ("-h", "--help", "--version") and not _is_command(first):
             _check_is_source(first)
             arguments.insert(place, "gui")
         with dies_of_signals():
-            parser = command_line(_families_wanted(arguments[place]))
+            parser = command_line(*_wanted(arguments[place]))
         options = parser.parse_args(arguments)
         set_up_log(options.log_level, options.log_format)
         return int(options.run(options))
@@ -145,6 +144,13 @@ def _run(arguments: list[str]) -> int:
         # `main` reports output that cannot be written; at exit it would be a traceback.
         if sys.stdout is not None:
             sys.stdout.flush()
+
+
+def _is_command(word: str) -> bool:
+    """Return whether a word is a command; guests are asked last, as that takes longest."""
+    if word in COMMANDS:
+        return True
+    return not (not word or word.startswith("-") or ":" in word) and word in guest_commands()
 
 
 def _check_is_source(word: str) -> None:
@@ -166,7 +172,7 @@ def _nearest(word: str) -> str:
         return f"gige:{word}"
     if Path(word).exists():
         return f"file:{word}"
-    known = [*COMMANDS, *(f"{scheme}:" for scheme in sources.schemes())]
+    known = [*COMMANDS, *guest_commands(), *(f"{scheme}:" for scheme in sources.schemes())]
     return next(iter(difflib.get_close_matches(word, known, n=1)), "")
 
 
@@ -190,7 +196,7 @@ def command_parsers() -> dict[str, tuple[str, CommandParser]]:
     """Return the one-line help and the parser of every command, in the order of `--help`."""
     parser = argparse.ArgumentParser(prog="grabbergui")
     commands = parser.add_subparsers(parser_class=CommandParser)
-    _add_families(commands, FAMILIES)
+    _add_families(commands, FAMILIES, guest_commands())
     summaries = {action.dest: action.help or "" for action in commands._choices_actions}
     return {name: (summaries.get(name, ""), command) for name, command in commands.choices.items()}
 
@@ -263,15 +269,18 @@ class _Parser(CommandParser):
         return super().format_help()
 
 
-def _families_wanted(first: str) -> Iterable[str]:
-    """Return the modules that the command line needs whose first word after shared options is this."""
+def _wanted(first: str) -> tuple[Iterable[str], Iterable[str]]:
+    """Return the families and the guests' commands that a command line needs with this first word."""
     if first in ("-h", "--help"):
-        return FAMILIES
-    return [family for family, commands in FAMILIES.items() if first in commands]
+        return FAMILIES, guest_commands()
+    families = [family for family, commands in FAMILIES.items() if first in commands]
+    return families, [] if families or first == "--version" else [first]
 
 
-def command_line(families: Iterable[str] = tuple(FAMILIES)) -> argparse.ArgumentParser:
-    """Return the parser of a command line with the commands of these families."""
+def command_line(
+    families: Iterable[str] = tuple(FAMILIES), guests: Iterable[str] | None = None
+) -> argparse.ArgumentParser:
+    """Return the parser of a command line with these families and guests' commands, by default all."""
     parser = _Parser(
         prog="grabbergui",
         description=wrapped("Tune GenICam cameras live. Without a command, the window opens on SOURCE.")
@@ -281,16 +290,17 @@ def command_line(families: Iterable[str] = tuple(FAMILIES)) -> argparse.Argument
     )
     _add_shared_options(parser)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=CommandParser)
-    _add_families(commands, families)
+    _add_families(commands, families, guest_commands() if guests is None else guests)
     for command in commands.choices.values():
         # Also after the command, where their defaults must not override options before it.
         _add_log_options(command, argument_default=argparse.SUPPRESS, explained=False)
     return parser
 
 
-def _add_families(commands: Any, families: Iterable[str]) -> None:
+def _add_families(commands: Any, families: Iterable[str], guests: Iterable[str]) -> None:
     for family in families:
         importlib.import_module(f"grabbergui.cli.{family}").add_commands(commands)
+    add_guest_commands(commands, guests)
     for action in commands._choices_actions:
         command = commands.choices[action.dest]
         command.description = " ".join(filter(None, (sentence(action.help), command.description)))

@@ -221,7 +221,7 @@ def _completion(options: argparse.Namespace) -> tuple[list[Path], str]:
 
 def _paths() -> dict[str, Path]:
     """Return the paths that users look for, by the names that the manual gives them."""
-    return {
+    paths = {
         "resources": RESOURCES,
         "manual": MANUAL,
         "udev": UDEV_RULE,
@@ -234,6 +234,7 @@ def _paths() -> dict[str, Path]:
         "cache": environment.cache_home() / "grabbergui",
         "program": Path(environment.program()[0]),
     }
+    return {name: path for name, path in paths.items() if name != "servo" or path.exists()}
 
 
 def _show_paths(options: argparse.Namespace) -> int:

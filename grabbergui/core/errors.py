@@ -138,15 +138,6 @@ class TransferCancelledError(CameraFileError):
     """The transfer of a file was cancelled; a cancelled upload leaves the file incomplete."""
 
 
-class RobotStoppedError(GrabberError):
-    """The robot takes no command until a person lets it move again."""
-
-    def __init__(self, reason: str) -> None:
-        super().__init__(f"the robot is stopped: {reason}")
-        self.reason = reason
-        "Why it was stopped, as display text."
-
-
 class PixelFormatError(GrabberError):
     """The payload's pixel format cannot be converted; the raw bytes can still be saved."""
 

@@ -8,7 +8,7 @@ sentence.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TypeVar
 
@@ -133,35 +133,7 @@ _SENTENCES = (
     # A camera that returned with other settings
     QT_TRANSLATE_NOOP("Drivers", "{0} is not there any more"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is {1} instead of {2}"),
-    # A robot that is calibrated
-    QT_TRANSLATE_NOOP("Drivers", "the target is not seen: bring it into the middle of the image first"),
-    QT_TRANSLATE_NOOP(
-        "Drivers", "only {0} of {1} views were possible: give the arm more room, or move the target"
-    ),
-    QT_TRANSLATE_NOOP(
-        "Drivers", "only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one"
-    ),
-    QT_TRANSLATE_NOOP("Drivers", "hand–eye calibration needs {0} views or more, not {1}"),
-    QT_TRANSLATE_NOOP(
-        "Drivers", "the views differ too little: turn camera or target about two axes between them"
-    ),
-    QT_TRANSLATE_NOOP(
-        "Drivers", "the views contradict one another: check the target's size and the calibration"
-    ),
-    QT_TRANSLATE_NOOP("Drivers", "no image arrived within {0} s: check camera and cable"),
-    QT_TRANSLATE_NOOP("Drivers", "there is no camera to look with"),
-    QT_TRANSLATE_NOOP("Drivers", "the robot is stopped: {0}"),
-    QT_TRANSLATE_NOOP("Drivers", "{0} does not report its joints"),
-    QT_TRANSLATE_NOOP("Drivers", "{0} does not report the angles of its arm"),
-    QT_TRANSLATE_NOOP("Drivers", "{0} no longer reports the angles of its arm"),
-    QT_TRANSLATE_NOOP("Drivers", "the head of {0} is not driven"),
-    QT_TRANSLATE_NOOP("Drivers", "the arm of {0} is not driven"),
-    QT_TRANSLATE_NOOP(
-        "Drivers", "this is a dry run, in which the robot does not move: start without --dry-run"
-    ),
-    QT_TRANSLATE_NOOP("Drivers", "it would leave the workspace ({0} = {1} m)"),
-    QT_TRANSLATE_NOOP("Drivers", "it would leave the workspace ({0})"),
-    QT_TRANSLATE_NOOP("Drivers", "{0} would come within {1} mm of {2}"),
+    # A marker or a board
     QT_TRANSLATE_NOOP(
         "Drivers", "a pitch of {0} m must be more than the markers' size, {1} m, or they would overlap"
     ),
@@ -170,8 +142,15 @@ _SENTENCES = (
     QT_TRANSLATE_NOOP("Drivers", "its corners are no square's"),
 )
 """From the special to the general."""
+_guests_sentences: list[str] = []
 _LONGEST_SENTENCE = 500
 "Longer texts, which only a faulty remote peer sends, would take long to match."
+
+
+def add_sentences(sentences: Sequence[str]) -> None:
+    """Translate these, too: a guest's errors, each marked for the context `Drivers`."""
+    _guests_sentences.extend(sentences)
+    _patterns.cache_clear()
 
 
 def driver_text(text: object) -> str:
@@ -189,7 +168,8 @@ def driver_text(text: object) -> str:
 @cache
 def _patterns() -> tuple[tuple[str, re.Pattern[str]], ...]:
     return tuple(
-        (text, re.compile(re.sub(r"\\{\d\\}", "(.+?)", re.escape(text)), re.DOTALL)) for text in _SENTENCES
+        (text, re.compile(re.sub(r"\\{\d\\}", "(.+?)", re.escape(text)), re.DOTALL))
+        for text in (*_SENTENCES, *_guests_sentences)
     )
 
 

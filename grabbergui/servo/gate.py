@@ -19,8 +19,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
-from grabbergui.core.errors import AccessDeniedError, GrabberError, RobotStoppedError
+from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.servo.config import Config
+from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.guardian_link import ALLOWED, Guard, LocalGuard, Verdict
 from grabbergui.servo.motion import DRIVES_S, STOPPING_S, Observer, Plan, Space, limits_of, planned
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState

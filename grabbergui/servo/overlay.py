@@ -1,18 +1,19 @@
 """Overlays of the image: markers with their axes, heads, the deadband in the middle, the target.
 
 `drawing` returns them as lines and labels in the image's pixels, which a window paints itself; `draw` paints
-them into the image, for videos. Windows without a robot draw with it, too, so the loop is not imported.
+them into the image, for videos.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from grabbergui.core.drawing import BAD, GOOD, Colour, Drawing, Label, Points, Stroke, crosses
 
 if TYPE_CHECKING:
     from grabbergui.calibration.marker_pose import MarkerDetection
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from grabbergui.servo.state_machine import State
 
 Image = NDArray[np.uint8]
-Points = NDArray[np.float64]
-Colour = tuple[int, int, int]
-"Red, green, blue."
 
 _COLOURS: dict[str, Colour] = {
     "SEARCHING": (150, 150, 150),
@@ -41,41 +39,12 @@ _COLOURS: dict[str, Colour] = {
 "By the name of the state."
 AXIS_COLOURS: tuple[Colour, Colour, Colour] = ((230, 50, 50), (60, 200, 90), (70, 110, 250))
 "Colours of x, y and z, as usual in robotics."
-GOOD, BAD, PERSON, MIDDLE = (60, 200, 90), (230, 50, 50), (80, 160, 250), (255, 255, 255)
+PERSON: Colour = (80, 160, 250)
+MIDDLE: Colour = (255, 255, 255)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _AXIS_M = 0.05
 _FAR = 30_000
 "Limit of coordinates in pixels: painters cannot handle larger ones."
-
-
-@dataclass(frozen=True, eq=False)
-class Stroke:
-    """A line through points."""
-
-    points: Points
-    "(n, 2) pixels of the full image, whose first pixel's centre is (0, 0)."
-    colour: Colour
-    closed: bool = False
-    weight: int = 1
-    "Thickness relative to the thinnest line."
-
-
-@dataclass(frozen=True)
-class Label:
-    """A text."""
-
-    text: str
-    place: tuple[float, float]
-    "Its lower left corner, pixels."
-    colour: Colour
-
-
-@dataclass(frozen=True, eq=False)
-class Drawing:
-    """All overlays of one image."""
-
-    strokes: list[Stroke] = field(default_factory=list)
-    labels: list[Label] = field(default_factory=list)
 
 
 def colour_of(state: State) -> Colour:
@@ -123,15 +92,6 @@ def draw(
         cv2.putText(out, label.text, place, _FONT, 0.45 * thick, label.colour, thick, cv2.LINE_AA)
     _caption(out, cycle, thick)
     return out
-
-
-def crosses(points: ArrayLike, arm: float, colour: Colour) -> list[Stroke]:
-    """Return a cross on each of (n, 2) points; `arm` is half its size, pixels."""
-    return [
-        Stroke(np.array([point - end, point + end]), colour)
-        for point in np.asarray(points, np.float64)
-        for end in ((arm, 0.0), (0.0, arm))
-    ]
 
 
 def _add_marker(out: Drawing, marker: MarkerDetection, calibration: Calibration) -> None:

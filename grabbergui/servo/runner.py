@@ -17,11 +17,12 @@ import numpy as np
 from psygnal import Signal
 
 from grabbergui.calibration.frame_geometry import GEOMETRY_FEATURES
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, RobotStoppedError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
+from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.gate import HERE, CommandGate
 from grabbergui.servo.guardian_link import Guard
 from grabbergui.servo.image_watch import ImageWatch, SenderStamps

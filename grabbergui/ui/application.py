@@ -52,8 +52,7 @@ def require_display() -> None:
     places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
         raise SourceUnavailableError(
-            "there is no display for a window; leave out --window, add --headless to `servo`, or --offscreen "
-            "to `gui`"
+            "there is no display for a window; leave out --window, or add --headless, or --offscreen to `gui`"
         )
 
 

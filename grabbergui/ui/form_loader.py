@@ -18,32 +18,34 @@ from grabbergui.ui.shown_text import make_plain
 from grabbergui.ui.theme import apply_icons
 
 _FORMS = Path(__file__).with_name("forms")
+_PACKAGE = Path(__file__).parents[1]
 
 
-def load_form(name: str, into: QWidget) -> None:
-    """Build the form `ui/forms/<name>.ui` in a widget of the form's own class, with the icons that it names.
+def load_form(form: str | Path, into: QWidget) -> None:
+    """Build a form in a widget of the form's own class, with the icons that it names.
 
+    `form` is the name of a file in `ui/forms`, without its ending, or the path of another.
     The form's children become attributes of `into`, by their object names. Its labels show plain text.
     """
-    form = _form(name)()
-    form.setupUi(into)
+    built = _form(form if isinstance(form, Path) else _FORMS / f"{form}.ui")()
+    built.setupUi(into)
     for label in into.findChildren(QLabel):
         make_plain(label)
-    for child, widget in vars(form).items():
+    for child, widget in vars(built).items():
         setattr(into, child, widget)
     apply_icons(into)
 
 
 def compile_forms() -> None:
     """Compile all forms, after an installation into a folder that its users may not write to."""
-    for form in _FORMS.glob("*.ui"):
-        _form(form.stem)
+    for form in _PACKAGE.rglob("forms/*.ui"):
+        _form(form)
 
 
 @cache
-def _form(name: str) -> type[Any]:
+def _form(path: Path) -> type[Any]:
     """Return the class that Qt's compiler makes of a form; its `setupUi` fills a widget."""
-    code = _FormLoader(name, str(_FORMS / f"{name}.ui")).get_code(name)
+    code = _FormLoader(path.stem, str(path)).get_code(path.stem)
     assert code is not None, "get_code answers None only for modules without code"
     made: dict[str, Any] = {}
     exec(code, made)

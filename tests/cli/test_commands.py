@@ -179,7 +179,6 @@ def test_wrong_usage_is_exit_code_2(capsys, arguments):
         ["grab", "file:MISSING.mcap"],
         ["get", "gentl:MISSING.cti", "Width"],
         ["serve", "sim:", "--from", "MISSING.ini"],
-        ["servo", "--robot", "sim-teo", "--headless", "--config", "MISSING.ini"],
         ["gui", "--offscreen", "--script", "MISSING.py"],
     ],
     ids=" ".join,

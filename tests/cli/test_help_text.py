@@ -5,10 +5,12 @@ import os
 import shlex
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 
 import pytest
 
-from grabbergui.cli import FAMILIES, command_line, command_parsers, main, shared_options
+from grabbergui.cli import FAMILIES, command_line, command_parsers, guests, main, shared_options
+from grabbergui.cli.guests import GROUP, add_guest_commands, guest_commands
 from patience import PROGRAM
 
 COMMANDS = command_parsers()
@@ -58,16 +60,20 @@ def test_logging_may_follow_the_command():
 
 def test_every_family_adds_the_commands_that_are_said_to_be_its():
     for family, commands in FAMILIES.items():
-        choices = command_line([family])._subparsers._group_actions[0].choices
+        choices = command_line([family], [])._subparsers._group_actions[0].choices
         assert tuple(choices) == commands
-    assert tuple(COMMANDS) == tuple(command for commands in FAMILIES.values() for command in commands)
+    own = tuple(command for commands in FAMILIES.values() for command in commands)
+    assert tuple(COMMANDS) == (*own, *guest_commands())
+    for command in guest_commands():
+        assert command in command_line([], [command])._subparsers._group_actions[0].choices
 
 
 def test_what_opens_no_camera_loads_neither_numpy_nor_opencv():
     code = """
 import contextlib, sys
 from grabbergui.cli import main
-light = ["setup", "list", "gui", "terminal", "simulate", "yarp-server", "servo", "hand-eye"]
+from grabbergui.cli.guests import guest_commands
+light = ["setup", "list", "gui", "terminal", "simulate", "yarp-server", *guest_commands()]
 for arguments in (["--version"], ["paths"], *([command, "--help"] for command in light)):
     with contextlib.suppress(SystemExit):
         main(arguments)
@@ -87,8 +93,7 @@ print("names", *sorted({"numpy", "cv2", "psygnal"} & set(sys.modules)), file=sys
         "['terminal', '--help']",
         "['simulate', '--help']",
         "['yarp-server', '--help']",
-        "['servo', '--help']",
-        "['hand-eye', '--help']",
+        *(f"['{command}', '--help']" for command in guest_commands()),
         "names",
     ]
 
@@ -106,3 +111,18 @@ def test_output_has_no_colour_where_nobody_wants_it(monkeypatch, capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
     assert "\x1b" not in capsys.readouterr().out
+
+
+def test_a_guest_that_was_deleted_adds_no_command(monkeypatch):
+    gone = EntryPoint("gone", "grabbergui.gone.cli:add_commands", GROUP)
+    monkeypatch.setattr(guests, "guest_commands", lambda: {"gone": gone})
+    add_guest_commands(None, ["gone"])
+
+
+def test_a_guest_that_lacks_a_package_says_so(monkeypatch, tmp_path):
+    (tmp_path / "guest_without_its_package.py").write_text("import no_such_package")
+    monkeypatch.syspath_prepend(tmp_path)
+    faulty = EntryPoint("faulty", "guest_without_its_package:add_commands", GROUP)
+    monkeypatch.setattr(guests, "guest_commands", lambda: {"faulty": faulty})
+    with pytest.raises(ModuleNotFoundError, match="no_such_package"):
+        add_guest_commands(None, ["faulty"])

@@ -47,8 +47,6 @@ COMMON = {
     "serve": [["serve", REFUSED, "--terminal"]],
     "calibrate": [["calibrate", REFUSED]],
     "trigger-group": [["trigger-group", "1", REFUSED]],
-    "servo": [["servo", "--robot", "sim-teo", "--source", REFUSED, "--field-of-view", "60", "--headless"]],
-    "hand-eye": [["hand-eye", "--robot", "sim-teo", "--source", REFUSED, "--field-of-view", "60"]],
     "gui": [["gui", "--theme", "d\x1b[31m"]],
 }
 """Command lines of commands that print little, at least for an error."""
@@ -59,8 +57,6 @@ OWN_WORDS = {
     "force-ip": "prints its own arguments",
     "yarp-server": "prints its own address",
     "simulate": "prints its own options, and simulates no camera but its own",
-    "simulate-teo": "prints its own options",
-    "simulate-tiago": "prints its own options",
 }
 """Commands that print nothing of a stranger."""
 

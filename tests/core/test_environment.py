@@ -13,10 +13,10 @@ from grabbergui.core.errors import MissingFileError
 from patience import PROGRAM
 
 
-@pytest.mark.parametrize("name", ["resources/servo/servo.ini", "servo/servo.ini", "servo.ini"])
+@pytest.mark.parametrize("name", ["resources/ros2/camera.yaml", "ros2/camera.yaml", "camera.yaml"])
 def test_a_shipped_file_is_found_from_any_folder(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
-    assert find_file(Path(name)) == RESOURCES / "servo" / "servo.ini"
+    assert find_file(Path(name)) == RESOURCES / "ros2" / "camera.yaml"
 
 
 def test_the_users_own_file_takes_precedence(tmp_path, monkeypatch):
@@ -29,10 +29,10 @@ def test_a_bare_name_is_looked_for_in_the_folder_of_its_kind(tmp_path, monkeypat
     monkeypatch.chdir(tmp_path)
     assert find_file(Path("camera.yaml"), "file") == RESOURCES / "ros2" / "camera.yaml"
     with pytest.raises(MissingFileError, match=r"there is no calibration camera\.yaml"):
-        find_file(Path("camera.yaml"), "calibration", "servo")
+        find_file(Path("camera.yaml"), "calibration", "yarp")
 
 
-@pytest.mark.parametrize("name", ["no.ini", "../resources/servo/servo.ini", "/servo.ini", "*.ini", "servo**"])
+@pytest.mark.parametrize("name", ["no.ini", "../ros2/camera.yaml", "/camera.yaml", "*.yaml", "ros2**"])
 def test_no_other_path_finds_a_shipped_file(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(MissingFileError, match="there is no configuration"):

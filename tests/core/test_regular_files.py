@@ -98,12 +98,6 @@ def calibration_in_use(path):
     FittedCalibration(sources.create("sim:"), path).keep(Calibration.from_field_of_view(64, 48))
 
 
-def hand_eye(path):
-    from grabbergui.calibration import hand_eye_file
-
-    hand_eye_file.load(path)
-
-
 def table(path):
     from grabbergui.core.lookup_table import LutShape, load_table
 
@@ -141,12 +135,6 @@ def ini(path):
     read_ini(path)
 
 
-def servo(path):
-    from grabbergui.servo.config import Config
-
-    Config.load(path)
-
-
 def token(path):
     from grabbergui.cli.metrics import read_token
 
@@ -171,7 +159,6 @@ READERS = [
     (settings, "s.pfs"),
     (calibration, "c.yaml"),
     (calibration_in_use, "c.yaml"),
-    (hand_eye, "h.yaml"),
     (table, "t.csv"),
     (table, "t.bin"),
     (script, "s.py"),
@@ -181,7 +168,6 @@ READERS = [
     (image, "0001.png"),
     (notes, "frames.jsonl"),
     (ini, "s.ini"),
-    (servo, "s.ini"),
     (token, "token"),
     (description, "d.xml"),
     (upload, "u.bin"),

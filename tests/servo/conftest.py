@@ -3,13 +3,13 @@
 import os
 
 import pytest
+from servo_limits import MOST, patient_config
 
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from patience import until
 from ros2_domain import own_domain
-from servo_limits import MOST, patient_config
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,6 @@ import pytest
 from frames import frame_of
 from grabbergui.calibration import geometry
 from grabbergui.cli import CommandParser
-from grabbergui.cli import servo as command
 from grabbergui.core import environment
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import FrameStatus
@@ -26,6 +25,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered_scene import Things, at, board_pose
 from grabbergui.recording.movie_writer import MovieFile
 from grabbergui.servo import closed_loop, report
+from grabbergui.servo.cli import servo as command
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot

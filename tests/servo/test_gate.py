@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot
 
-from grabbergui.core.errors import AccessDeniedError, RobotStoppedError, SourceUnavailableError
+from grabbergui.core.errors import AccessDeniedError, SourceUnavailableError
 from grabbergui.servo.config import Config, HeadConfig
+from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.gate import HERE, Command, CommandGate
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
 from grabbergui.servo.robots import teo

@@ -9,20 +9,22 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from grabbergui.calibration import geometry, hand_eye_file
-from grabbergui.calibration.hand_eye import HandEyeResult
-from grabbergui.calibration.hand_eye_file import CameraMount, static_transform_command
-from grabbergui.cli import main, servo_robots
+from grabbergui.calibration import geometry
+from grabbergui.cli import main
 from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.models.hand_eye import HandEyeModel
 from grabbergui.net.ros2.camera_pose import publish_frame
 from grabbergui.servo import closed_loop
+from grabbergui.servo.cli import servo_robots
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.hand_eye_run import EYES, HandEyeRun
-from grabbergui.servo.hand_eye_stand import TargetWatch
+from grabbergui.servo.hand_eye import hand_eye_file
+from grabbergui.servo.hand_eye.hand_eye_file import CameraMount, static_transform_command
+from grabbergui.servo.hand_eye.run import EYES, HandEyeRun
+from grabbergui.servo.hand_eye.solver import HandEyeResult
+from grabbergui.servo.hand_eye.stand import TargetWatch
+from grabbergui.servo.models.hand_eye import HandEyeModel
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.ui.run import standalone
+from grabbergui.servo.ui import windows
 from patience import until
 
 CAMERA = geometry.pose(geometry.rotation_from_vector((0.3, -0.1, 0.2)), (0.07, 0.01, 0.06))
@@ -169,7 +171,7 @@ def test_the_window_gets_robot_gate_frames_and_file(tmp_path, monkeypatch):
         assert stand.why_not("fixed") == ""
         return FOUND
 
-    monkeypatch.setattr(standalone, "hand_eye", shown)
+    monkeypatch.setattr(windows, "hand_eye", shown)
     file = tmp_path / "robot.yaml"
     command = ["hand-eye", "--window", "--robot", "sim-teo", "--eye", "hand", "--out", str(file)]
     assert main([*command, "--mount-frame", "wrist", "--target", "charuco", "--views", "7"]) == 0
@@ -183,6 +185,6 @@ def test_the_window_gets_robot_gate_frames_and_file(tmp_path, monkeypatch):
 
 def test_a_window_that_is_closed_without_a_result_is_no_success(monkeypatch, capsys):
     """A script went on to servo with a file that had not been written."""
-    monkeypatch.setattr(standalone, "hand_eye", lambda stand, theme, stop: None)
+    monkeypatch.setattr(windows, "hand_eye", lambda stand, theme, stop: None)
     assert main(["hand-eye", "--window", "--robot", "sim-teo"]) == 1
     assert "the window was closed before there was a result" in capsys.readouterr().err

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hand_eye_bench import QUICK, Bench
 
 from fakes import ScriptedGrabber
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import (
     CalibrationError,
     GrabberError,
-    RobotStoppedError,
     SourceUnavailableError,
     TransportError,
     UsageError,
@@ -20,10 +20,10 @@ from grabbergui.core.errors import (
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 from grabbergui.servo import closed_loop
-from grabbergui.servo.hand_eye_run import arrangement
-from grabbergui.servo.hand_eye_stand import TargetWatch
+from grabbergui.servo.errors import RobotStoppedError
+from grabbergui.servo.hand_eye.run import arrangement
+from grabbergui.servo.hand_eye.stand import TargetWatch
 from grabbergui.servo.robots import teo
-from hand_eye_bench import QUICK, Bench
 from patience import PATIENCE
 
 VIEWS = 10

@@ -10,13 +10,13 @@ from types import SimpleNamespace
 import pytest
 
 from grabbergui.cli import CommandParser
-from grabbergui.cli import servo as command
 from grabbergui.core.errors import UsageError
+from grabbergui.servo.cli import servo as command
 from patience import PATIENCE, until
 
 LEADER = """
 import os
-from grabbergui.cli import servo
+from grabbergui.servo.cli import servo
 print("foreground", servo._at_terminal(), flush=True)
 child = os.fork()
 if child == 0:
@@ -44,7 +44,7 @@ def test_a_background_job_does_not_read_the_keyboard():
 
 
 def test_a_pipe_is_no_keyboard():
-    program = "from grabbergui.cli import servo; print(servo._at_terminal())"
+    program = "from grabbergui.servo.cli import servo; print(servo._at_terminal())"
     run = subprocess.run([sys.executable, "-c", program], input=b"", capture_output=True, timeout=PATIENCE)
     assert run.stdout.split() == [b"False"]
 

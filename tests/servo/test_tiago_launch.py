@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import CommandParser, servo, simulate_robots
+from grabbergui.cli import CommandParser
+from grabbergui.servo.cli import servo, simulate_robots
 from patience import PROGRAM
 
 LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"

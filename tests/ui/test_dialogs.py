@@ -2,11 +2,9 @@
 
 import importlib
 import pkgutil
-from types import SimpleNamespace
 
 import pytest
-from PyQt5.QtCore import QRect, QSize
-from PyQt5.QtWidgets import QAbstractButton, QDialog, QScrollArea
+from PyQt5.QtWidgets import QDialog
 
 import grabbergui.ui.views
 from grabbergui.core.environment import MANUAL
@@ -15,10 +13,8 @@ from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet
-from grabbergui.ui import screen
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
-from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.lut_dialog import LutDialog
@@ -26,10 +22,8 @@ from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.report_dialog import ReportDialog
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
+from small_screen import check_fits
 
-SCREEN = QRect(0, 0, 800, 600)
-ROOM = QSize(800, 560)
-"Pixels of that screen without the title of a window."
 LONG = "/home/somebody/" + "the_camera_on_the_left_of_the_head_" * 6
 
 
@@ -69,7 +63,6 @@ MADE = {
     CalibrationChoiceDialog: lambda window: CalibrationChoiceDialog(LONG, window),
     CalibrationDialog: CalibrationDialog,
     DoctorDialog: doctor,
-    HandEyeDialog: HandEyeDialog,
     LutDialog: LutDialog,
     ManualDialog: lambda window: ManualDialog(MANUAL, window),
     PointCloudDialog: PointCloudDialog,
@@ -103,37 +96,9 @@ def test_no_dialog_is_missing_here():
     assert found == set(MADE)
 
 
-def out_of_sight(dialog):
-    """Buttons that are cut off, and that no scroll bar brings to sight."""
-    buttons = [each for each in dialog.findChildren(QAbstractButton) if each.isVisible()]
-    return [
-        button.objectName() or button.text()
-        for button in buttons
-        if not any(area.isAncestorOf(button) for area in dialog.findChildren(QScrollArea))
-        and (
-            button.visibleRegion().boundingRect() != button.rect()
-            or button.width() < button.minimumSizeHint().width()
-            or button.height() < button.minimumSizeHint().height()
-        )
-    ]
-
-
 @pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
-def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, qapp, monkeypatch, kind):
-    small = SimpleNamespace(availableGeometry=lambda: SCREEN, availableSize=SCREEN.size)
-    monkeypatch.setattr(screen, "has_screen", lambda: True)
-    monkeypatch.setattr(kind, "screen", lambda _: small, raising=False)
-    dialog = MADE[kind](window)
-    dialog.show()
-    qapp.processEvents()
-    size = dialog.size()
-    assert size == size.boundedTo(ROOM), "as it is at first"
-    assert not out_of_sight(dialog)
-    dialog.resize(ROOM)
-    qapp.processEvents()
-    assert dialog.size() == ROOM, "it may be made as large as the screen"
-    assert not out_of_sight(dialog)
-    dialog.close()
+def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, monkeypatch, kind):
+    check_fits(kind, lambda: MADE[kind](window), monkeypatch)
 
 
 def test_a_report_counts_invalid_lines(qtbot):

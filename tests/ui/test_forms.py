@@ -23,10 +23,12 @@ FORM = """<ui version="4.0"><class>Card</class><widget class="QWidget" name="Car
 
 @pytest.fixture
 def forms(tmp_path, monkeypatch):
-    monkeypatch.setattr(form_loader, "_FORMS", tmp_path)
+    (folder := tmp_path / "forms").mkdir()
+    monkeypatch.setattr(form_loader, "_FORMS", folder)
+    monkeypatch.setattr(form_loader, "_PACKAGE", tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     form_loader._form.cache_clear()
-    yield tmp_path
+    yield folder
     form_loader._form.cache_clear()
 
 

@@ -11,32 +11,22 @@ from pathlib import Path
 import pyqtgraph as pg
 import pytest
 import test_dialogs
-from PyQt5.QtCore import QAbstractListModel, QAbstractTableModel, QModelIndex, QPoint, Qt
+from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtGui import QTextDocument
 from PyQt5.QtWidgets import (
-    QAbstractItemView,
     QAction,
     QApplication,
     QComboBox,
-    QGraphicsTextItem,
-    QGraphicsView,
     QLabel,
     QTextBrowser,
-    QTextEdit,
     QWidget,
 )
 
 from grabbergui import ui
 from grabbergui.models.diagnosis import Stage
-from grabbergui.models.hand_eye import Happened
-from grabbergui.models.hand_eye_text import plan_text
 from grabbergui.models.markup import Markup, joined, markup, table
-from grabbergui.models.servoing import Entry
 from grabbergui.models.sources import ListedSource
 from grabbergui.models.status import Tone
-from grabbergui.servo.hand_eye_run import Step
-from grabbergui.servo.hand_eye_stand import Plan
-from grabbergui.servo.state_machine import State
 from grabbergui.ui.shown_text import (
     MOST_TIP,
     PlainLabel,
@@ -50,92 +40,13 @@ from grabbergui.ui.shown_text import (
     tooltip_of,
 )
 from grabbergui.ui.views.feature_panel import Section
-from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.views.servo_window import ServoWindow
 from grabbergui.ui.views.settings_dialogs import SettingsReport
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 from marked_camera import MARKUP, marked_camera, marked_info
+from shown_walk import RAW, rendered, walk
 
-UI = Path(ui.__file__).parent
-RAW = '<img src="/dev/null"'
-"""The beginning of the mark's element, which is escaped where text is rich."""
-ROLES = (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.StatusTipRole, Qt.ItemDataRole.WhatsThisRole)
-
-
-def rendered(text):
-    """Return whether Qt, where it guesses, would render the mark in a text."""
-    return isinstance(text, str) and RAW in text and Qt.mightBeRichText(text)
-
-
-class Walk:
-    """Goes through everything that exists of some windows."""
-
-    def __init__(self):
-        self.found = []
-        "Where the mark is rendered."
-        self.places = set()
-        "Kinds of places at which the mark is shown."
-        self.longest = 0
-        "Characters of the longest text."
-
-    def window(self, top):
-        for widget in [top, *top.findChildren(QWidget)]:
-            self._widget(widget)
-        for action in top.findChildren(QAction):
-            self._note(action.toolTip(), "action's tooltip", action)
-        return self
-
-    def _note(self, text, place, where, *, as_rich=None):
-        if isinstance(text, str) and "/dev/null" in text:
-            self.places.add(place)
-            self.longest = max(self.longest, len(text))
-        if rendered(text) if as_rich is None else as_rich and RAW in text:
-            self.found.append(f"{place} of {type(where).__name__} {where.objectName()}: {text[:80]}")
-
-    def _widget(self, widget):
-        for place in ("toolTip", "statusTip", "whatsThis"):
-            self._note(getattr(widget, place)(), place, widget)
-        if isinstance(widget, QLabel):
-            rich = {Qt.PlainText: False, Qt.RichText: True}.get(widget.textFormat())
-            self._note(widget.text(), "label", widget, as_rich=rich)
-        if isinstance(widget, QTextEdit):
-            self._note(widget.document().toHtml(), "document", widget, as_rich=True)
-        if isinstance(widget, QComboBox):
-            self._model(widget.model(), widget)
-        if isinstance(widget, QAbstractItemView) and widget.model() is not None:
-            self._model(widget.model(), widget)
-        if isinstance(widget, QGraphicsView) and widget.scene() is not None:
-            for item in widget.scene().items():
-                self._note(item.toolTip(), "item's tooltip", widget)
-                if isinstance(item, QGraphicsTextItem):
-                    self._note(item.toHtml(), "graphics text", widget, as_rich=True)
-
-    def _model(self, model, where):
-        columns = 1 if isinstance(model, QAbstractListModel) else model.columnCount()
-        for section in range(columns):
-            for role in ROLES:
-                self._note(model.headerData(section, Qt.Horizontal, role), "header's tooltip", where)
-        self._rows(model, columns, QModelIndex(), where)
-
-    def _rows(self, model, columns, parent, where):
-        for row in range(model.rowCount(parent)):
-            for column in range(columns):
-                index = model.index(row, column, parent)
-                self._note(index.data(), "cell", where, as_rich=False)
-                for role in ROLES:
-                    self._note(index.data(role), "cell's tooltip", where)
-            if not isinstance(model, QAbstractListModel | QAbstractTableModel):
-                self._rows(model, columns, model.index(row, 0, parent), where)
-
-
-def walk(*tops):
-    """Walk through windows and all else that is open."""
-    QApplication.processEvents()
-    found = Walk()
-    for top in {*tops, *QApplication.topLevelWidgets()}:
-        found.window(top)
-    return found
+PACKAGE = Path(ui.__file__).parents[1]
 
 
 def open_dialog(app, kind):
@@ -185,26 +96,6 @@ def test_the_window_renders_no_text_of_the_camera(app, monkeypatch, tmp_path):
         dialog.close()
 
 
-PLAN = Plan("head", 9, 0, 5.0, (-9.0, -9.0), (9.0, 9.0), 0.0, 60.0)
-
-
-def hand_eye(window):
-    dialog = HandEyeDialog(window)
-    dialog.setRobot(MARKUP, dict.fromkeys(("head", "hand", "fixed"), MARKUP))
-    dialog.setPlan(plan_text(PLAN, MARKUP))
-    dialog.addEvent(Happened(1.0, Step.VIEW, MARKUP, 1, 9, 5.0))
-    dialog.setEnded(MARKUP, enough=False)
-    dialog.showError(MARKUP)
-    return dialog
-
-
-def servo(window):
-    made = ServoWindow(window)
-    made.setState(State.STOPPED, MARKUP)
-    made.addEntry(Entry(1.0, State.STOPPED, MARKUP))
-    return made
-
-
 def question(window):
     return question_box(window, MARKUP, MARKUP)
 
@@ -216,7 +107,7 @@ def plot(window):
     return made
 
 
-@pytest.mark.parametrize("make", [*test_dialogs.MADE.values(), hand_eye, servo, question, plot])
+@pytest.mark.parametrize("make", [*test_dialogs.MADE.values(), question, plot])
 def test_no_dialog_renders_text_from_outside(qtbot, monkeypatch, make):
     monkeypatch.setattr(test_dialogs, "LONG", MARKUP)
     window = MainWindow()
@@ -224,7 +115,7 @@ def test_no_dialog_renders_text_from_outside(qtbot, monkeypatch, make):
     made = make(window)
     found = walk(made)
     assert not found.found, "\n".join(found.found)
-    if make in (hand_eye, servo, question, plot):
+    if make in (question, plot):
         assert found.places
     made.close()
 
@@ -338,8 +229,8 @@ def test_no_view_decides_by_itself_how_text_is_shown():
     source = "\n".join((*calls, "class A(QLabel): pass", "set_tooltip(self, x)"))
     assert bypassing(source) == [1, 2, 3, 4, 5]
     found = {
-        f"{file.relative_to(UI)}:{line}"
-        for file in UI.rglob("*.py")
+        f"{file.relative_to(PACKAGE)}:{line}"
+        for file in PACKAGE.rglob("ui/**/*.py")
         if file.name != "shown_text.py"
         for line in bypassing(file.read_text("utf-8"))
     }
@@ -347,5 +238,5 @@ def test_no_view_decides_by_itself_how_text_is_shown():
 
 
 def test_no_form_decides_how_text_is_shown():
-    for form in (UI / "forms").glob("*.ui"):
+    for form in PACKAGE.rglob("forms/*.ui"):
         assert "textFormat" not in form.read_text("utf-8"), form

@@ -1,8 +1,4 @@
-"""The windows that run without the main window: calibration, and visual servoing.
-
-The servoing window is a process of its own, so that its painting takes no time from the loop:
-`servo_in_own_process` is called by the loop's process, `main` is the window's.
-"""
+"""The windows of calibration, which run without the main window."""
 
 from __future__ import annotations
 
@@ -14,26 +10,18 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QDialog, QWidget
 
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.calibration_choice import CalibrationChoice, CalibrationFor
-from grabbergui.calibration.hand_eye import HandEyeResult
+from grabbergui.calibration.calibration_choice import CalibrationChoice
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.servo_proxy import Run
-from grabbergui.servo.hand_eye_stand import HandEyeStand
 from grabbergui.ui.application import application, closed_by, look
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
-from grabbergui.ui.controllers.hand_eye import ENDING_S, HandEyeController
-from grabbergui.ui.controllers.servoing import ServoController
-from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
-from grabbergui.ui.views.hand_eye_dialog import HandEyeDialog
-from grabbergui.ui.views.servo_window import ServoWindow
 
 log = logging.getLogger(__name__)
 
 
-class _Screenshot:
+class Screenshot:
     """A window's screenshot of itself, taken when its time is up."""
 
     def __init__(self, path: Path | None) -> None:
@@ -71,7 +59,7 @@ def calibrate(
     dress(app, look(theme, screenshot is not None))
     dialog = CalibrationDialog()
     saved: list[Path] = []
-    shot = _Screenshot(screenshot)
+    shot = Screenshot(screenshot)
     controller = CalibratingController(dialog, grabber, saved.append, settings)
 
     def end() -> None:
@@ -105,67 +93,3 @@ def choose_calibration(
         dialog.exec_()
     dialog.deleteLater()
     return chooser.choice
-
-
-def hand_eye(
-    stand: HandEyeStand, theme: Theme = Theme.AUTO, stop: threading.Event | None = None
-) -> HandEyeResult | None:
-    """Show the hand–eye calibration until its dialog is closed; return the newest result.
-
-    The robot rests on return. Setting `stop` stops it, then closes the dialog.
-    """
-    dress(application(), look(theme))
-    dialog = HandEyeDialog()
-    controller = HandEyeController(dialog, stand, FileDialogs(dialog), dialog)
-    model = controller.model
-    try:
-        with closed_by(stop, dialog.reject):
-            dialog.exec_()
-    finally:
-        model.close(ENDING_S)
-    return None if model.solution is None else model.solution.result
-
-
-def servo(
-    runner: Run,
-    calibration: CalibrationFor,
-    seconds: float | None,
-    screenshot: Path | None = None,
-    theme: Theme = Theme.AUTO,
-    stop: threading.Event | None = None,
-    *,
-    hand_eye: bool = False,
-) -> bool:
-    """Show a running runner until the window is closed or the time is up.
-
-    A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` an
-    image of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
-    Return whether the user closed it to calibrate hand and eye, which it offers with `hand_eye`.
-    Raises UnsavedError if the screenshot cannot be saved.
-    """
-    app = application()
-    dress(app, look(theme, screenshot is not None))
-    window = ServoWindow()
-    controller = ServoController(window, runner, calibration, hand_eye=hand_eye)
-    shot = _Screenshot(screenshot)
-
-    def close() -> None:
-        shot.take(window)
-        window.close()
-
-    def interrupted() -> None:
-        runner.emergency_stop("interrupted")
-        window.close()
-
-    if seconds is not None:
-        QTimer.singleShot(round(seconds * 1000), close)
-    try:
-        with closed_by(stop, interrupted):
-            window.show()
-            app.exec_()
-    finally:
-        controller.close()
-        window.deleteLater()
-        app.processEvents()
-    shot.check()
-    return controller.hand_eye_wanted

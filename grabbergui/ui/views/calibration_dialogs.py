@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +27,12 @@ from PyQt5.QtWidgets import (
 from grabbergui.calibration.boards import KINDS, BoardSettings
 from grabbergui.calibration.collector import FEWEST_VIEWS, ViewVerdict
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
+from grabbergui.core.drawing import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.models.markup import markup, table
 from grabbergui.models.open_source import Lack
-from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
@@ -85,7 +86,7 @@ class CalibratingDialog(QDialog):
     closeButton: QPushButton
     nextButton: QPushButton
 
-    def __init__(self, form: str, parent: QWidget | None = None) -> None:
+    def __init__(self, form: str | Path, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form(form, self)
         fit_screen(self)

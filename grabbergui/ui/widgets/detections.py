@@ -1,7 +1,4 @@
-"""Detections drawn over the image, and what a set of calibration views covers: cells, tilts, distances.
-
-Only windows that calibrate or servo import this, and with it `grabbergui.servo`.
-"""
+"""Detections drawn over the image, and what a set of calibration views covers: cells, tilts, distances."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PyQt5.QtWidgets import QSizePolicy, QStyleOptionGraphicsItem, QWidget
 
 from grabbergui.calibration.collector import GRID, Counts, Coverage
-from grabbergui.servo.overlay import Drawing
+from grabbergui.core.drawing import Drawing
 from grabbergui.ui.widgets.image_overlays import ImageOverlay
 
 _HALO = QColor(0, 0, 0, 130)

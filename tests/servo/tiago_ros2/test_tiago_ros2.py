@@ -234,7 +234,7 @@ def test_a_bad_name_is_refused(runner):
 
 # -- the commands --------------------------------------------------------------------------------
 def test_the_commands_reach_the_marker_in_two_processes(listener, tmp_path, capsys, monkeypatch, config):
-    monkeypatch.setattr("grabbergui.cli.servo.configuration", lambda options: config)
+    monkeypatch.setattr("grabbergui.servo.cli.servo.configuration", lambda options: config)
     markers = []
     listener.node.create_subscription(PoseStamped, "/grabbergui/servo/marker", markers.append, 50)
     simulation = subprocess.Popen(

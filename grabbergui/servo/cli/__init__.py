@@ -1,0 +1,1 @@
+"""The commands of the robot, found through the entry points of `grabbergui.commands`."""

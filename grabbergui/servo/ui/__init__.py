@@ -1,0 +1,1 @@
+"""The windows of the robot, in Qt: servoing, and hand–eye calibration."""
