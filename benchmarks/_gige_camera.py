@@ -54,13 +54,13 @@ class Conditions:
 def serve(conditions: Conditions) -> None:
     """Run the camera until standard input ends, then print when each block's last packet left."""
     from grabbergui.driver.sim.gige.server import GigeCamera
-    from grabbergui.driver.sim.gige.stream import Faults
+    from grabbergui.driver.sim.gige.stream import GigeFaults
 
     sent: dict[int, float] = {}
     camera = GigeCamera(
         ADDRESS,
         bandwidth=conditions.bandwidth,
-        faults=Faults(loss=conditions.loss),
+        faults=GigeFaults(loss=conditions.loss),
         segmentation=conditions.segmentation,
         on_sent=lambda block_id: sent.__setitem__(block_id, time.monotonic()),
         power_on={

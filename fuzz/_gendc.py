@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fuzz._input import erring
 from grabbergui.driver import gendc
-from grabbergui.driver.gendc import Component, Container, Part
+from grabbergui.driver.gendc import ComponentHeader, Container, PartHeader
 from grabbergui.driver.payload_contents import Contents
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import complete, payload_bytes
@@ -24,30 +24,32 @@ def containers() -> list[bytes]:
     return [_container(chunks) for chunks in ({}, {Chunk.GAIN: 7.0})]
 
 
-def placed(kind: type[Component | Part]) -> list[bytes]:
+def placed(kind: type[ComponentHeader | PartHeader]) -> list[bytes]:
     """Return containers after two bytes of offset, for each header of that kind in turn."""
     found = []
     for container in containers():
         for place in _headers(container):
-            is_component = kind is Component
-            places = [place] if is_component else _offsets(container, place + Component.FORMAT.size, "<H")
+            is_component = kind is ComponentHeader
+            places = (
+                [place] if is_component else _offsets(container, place + ComponentHeader.FORMAT.size, "<H")
+            )
             found += [struct.pack(">H", here) + container for here in places]
     return found
 
 
-def check_part(part: Part, container: bytes) -> None:
+def check_part(part: PartHeader, container: bytes) -> None:
     """Check that an accepted part lies in its container and has a size that a frame may have."""
     if not 0 <= part.data_offset <= part.data_offset + part.data_size <= len(container):
         raise AssertionError(part)
     if min(part.width, part.height, part.padding_x, part.padding_y) < 0 or part.width > 0xFFFFFFFF:
         raise AssertionError(part)
     if part.header_type & 0xFF00 == gendc.HeaderType.IMAGE_2D and part.width and len(container) < 1 << 16:
-        again = Part.decode(part.encode() + bytes(part.data_offset + part.data_size), 0)
+        again = PartHeader.decode(part.encode() + bytes(part.data_offset + part.data_size), 0)
         if again != part:
             raise AssertionError((part, again))
 
 
-def check_component(component: Component, container: bytes) -> None:
+def check_component(component: ComponentHeader, container: bytes) -> None:
     """Check that an accepted component has few parts, and none if it is invalid."""
     if len(component.parts) > gendc.MOST_HEADERS or (component.parts and not component.valid):
         raise AssertionError(component)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fuzz._gendc import check_contents
 from fuzz._input import Input, refusing
-from grabbergui.driver.gendc import Component, Container, Part, descriptor_size
+from grabbergui.driver.gendc import ComponentHeader, Container, PartHeader, descriptor_size
 from grabbergui.driver.gige.gvsp import GendcPosition
 from grabbergui.driver.payload_contents import PayloadReader
 
@@ -56,7 +56,7 @@ def _container(source: Input) -> None:
     counts = [source.number(1) % 5 for _ in range(groups)]
     first = descriptor_size(counts)
     components = tuple(
-        Component(source.number(1), _FORMATS[0], tuple(_part(source, first) for _ in range(count)))
+        ComponentHeader(source.number(1), _FORMATS[0], tuple(_part(source, first) for _ in range(count)))
         for count in counts
     )
     container = Container(components, data_size=4096, data_offset=first).encode() + bytes(4096)
@@ -64,11 +64,11 @@ def _container(source: Input) -> None:
     check_contents(PayloadReader().container(payload), payload)
 
 
-def _part(source: Input, first: int) -> Part:
+def _part(source: Input, first: int) -> PartHeader:
     kind, pixel_format, flow, padding = (source.number(1) for _ in range(4))
     width, height, offset, size = (source.number(2) for _ in range(4))
     flow_offset = source.number(4)
-    return Part(
+    return PartHeader(
         _TYPES[kind % len(_TYPES)],
         _FORMATS[pixel_format % len(_FORMATS)],
         size,

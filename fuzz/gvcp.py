@@ -10,7 +10,7 @@ from grabbergui.driver.gige.control_channel import ControlChannel as HostChannel
 from grabbergui.driver.gige.identity import ForceIp, Identity
 from grabbergui.driver.gige.message_channel import MessageInbox
 from grabbergui.driver.sim.gige import registers as gev
-from grabbergui.driver.sim.gige.control import ControlChannel as CameraChannel
+from grabbergui.driver.sim.gige.control import ControlResponder as CameraChannel
 from grabbergui.driver.sim.memory import RegisterMemory
 from grabbergui.driver.sim.model import CameraModel
 

@@ -12,7 +12,7 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import Compression, FrameContent
-from grabbergui.driver.sim.gige.packets import Block
+from grabbergui.driver.sim.gige.packets import FramePackets
 from grabbergui.driver.sim.memory import Register
 from grabbergui.driver.sim.model import CameraModel
 
@@ -50,7 +50,7 @@ def _stream(power_on: dict[Register, float]) -> list[bytes]:
     plan = model.next_frame(10.0)
     assert plan is not None
     out = np.zeros(plan.payload_bytes, np.uint8)
-    block = Block(plan, out[: model.render(plan, out)], packet_size=576)
+    block = FramePackets(plan, out[: model.render(plan, out)], packet_size=576)
     return [block.packet(index) for index in range(block.trailer_id + 1)]
 
 

@@ -19,15 +19,15 @@ from grabbergui.driver.u3v.bootstrap import (
     split,
 )
 from grabbergui.driver.u3v.gencp import Event, Packet
-from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, TransferPlan
+from grabbergui.driver.u3v.stream_protocol import Leader, Trailer, TransferPlan, U3vPayloadType
 
 PLAN = TransferPlan(1024, 2048, 1, 1024, 0, 1024)
 
 
 def seeds() -> list[bytes]:
     """Return one of each message of ours, and the captured ones."""
-    leader = Leader(1, PayloadType.IMAGE, 5, 0x01080001, 64, 48, 0, 0).encode()
-    trailer = Trailer(1, 0, 64 * 48, 48, 0).encode(PayloadType.IMAGE)
+    leader = Leader(1, U3vPayloadType.IMAGE, 5, 0x01080001, 64, 48, 0, 0).encode()
+    trailer = Trailer(1, 0, 64 * 48, 48, 0).encode(U3vPayloadType.IMAGE)
     commands = [
         Packet(gencp.FLAG_ACKNOWLEDGE, gencp.CommandId.READMEM, 1, gencp.read_memory(0, 64)).encode(),
         Packet(gencp.FLAG_ACKNOWLEDGE, gencp.CommandId.WRITEMEM, 2, gencp.write_memory(4, bytes(4))).encode(),
@@ -62,7 +62,7 @@ def _decode(source: Input) -> None:
     for event in refusing(gencp.decode_events, data) or ():
         event.encode(1)
     leader = refusing(Leader.decode, data)
-    refusing(Trailer.decode, data, leader.payload_type if leader is not None else PayloadType.IMAGE)
+    refusing(Trailer.decode, data, leader.payload_type if leader is not None else U3vPayloadType.IMAGE)
     needs = refusing(StreamRequirements.decode, data)
     plan = refusing(TransferPlan.for_device, needs, 1 << 20) if needs is not None else None
     if plan is not None and plan.payload_space < needs.payload_size:

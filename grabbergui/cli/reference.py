@@ -15,7 +15,7 @@ from grabbergui import __version__
 from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options, wrapped
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.json_text import to_json
-from grabbergui.core.pfnc import FORMATS, Family, Layout, PixelFormat
+from grabbergui.core.pfnc import FORMATS, Family, PixelFormat, SampleLayout
 from grabbergui.core.uri import option_rows
 from grabbergui.setup.completion import TABLE
 from grabbergui.sources import SourceKind
@@ -177,7 +177,7 @@ def made_by(pixel_format: PixelFormat) -> str:
         return "–"
     if pixel_format.packed and not pixel_format.planar:
         return "look-up" if pixel_format.depth < 8 else "compiled"
-    spread = pixel_format.expands_chroma or pixel_format.layout is Layout.FIELDS or pixel_format.planar
+    spread = pixel_format.expands_chroma or pixel_format.layout is SampleLayout.FIELDS or pixel_format.planar
     if spread or pixel_format.needs_range or pixel_format.kind != "u" or pixel_format.depth < 8:
         return "numpy"
     if pixel_format.family in (Family.SPARSE, Family.BICOLOR):

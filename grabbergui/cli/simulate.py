@@ -120,9 +120,9 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
     addresses = options.gige or ("127.0.0.1",)
     from grabbergui.driver.sim.device import power_on_at_address, scene_of
     from grabbergui.driver.sim.gige.server import serve
-    from grabbergui.driver.sim.gige.stream import Faults
+    from grabbergui.driver.sim.gige.stream import GigeFaults
 
-    faults = Faults(
+    faults = GigeFaults(
         loss=options.loss,
         reorder=options.reorder,
         duplicate=options.duplicate,

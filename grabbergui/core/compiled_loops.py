@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.pfnc import Layout
+from grabbergui.core.pfnc import SampleLayout
 
 _log = logging.getLogger(__name__)
 
@@ -38,7 +38,7 @@ class _Kernels:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
-        self.unpackers: dict[tuple[Layout, int, int], Unpacker] = {}
+        self.unpackers: dict[tuple[SampleLayout, int, int], Unpacker] = {}
         self.yuv422: dict[str, YuvConverter] = {}
         self.disabled = False
 
@@ -62,7 +62,7 @@ class _Kernels:
 _kernels = _Kernels()
 
 
-def unpacker(layout: Layout, depth: int, sample_bytes: int) -> Unpacker | None:
+def unpacker(layout: SampleLayout, depth: int, sample_bytes: int) -> Unpacker | None:
     """Return the loop for a packing, to uint16 values or, for 1 byte, their eight highest bits."""
     if _kernels.disabled:
         return None
@@ -161,7 +161,7 @@ def _yuv422(y0: int, u: int, y1: int, v: int) -> Any:
     return loop
 
 
-def _compiled_loops() -> tuple[dict[tuple[Layout, int, int], Unpacker], dict[str, YuvConverter]]:
+def _compiled_loops() -> tuple[dict[tuple[SampleLayout, int, int], Unpacker], dict[str, YuvConverter]]:
     """Compile all loops. Raises ImportError without numba, and numba's own errors."""
     import numba
 
@@ -174,11 +174,11 @@ def _compiled_loops() -> tuple[dict[tuple[Layout, int, int], Unpacker], dict[str
     unpackers = {
         (layout, depth, size): compiled(cast(_Maker, make)(*arguments, depth - 8 if size == 1 else 0), out)
         for layout, depth, make, arguments in (
-            (Layout.PACKED_LSB, 10, _unpacker_10p, ()),
-            (Layout.PACKED_LSB, 12, _unpacker_12p, ()),
-            (Layout.PACKED_LSB, 14, _unpacker_14p, ()),
-            (Layout.PACKED_GIGE, 10, _unpacker_gige, (2,)),
-            (Layout.PACKED_GIGE, 12, _unpacker_gige, (4,)),
+            (SampleLayout.PACKED_LSB, 10, _unpacker_10p, ()),
+            (SampleLayout.PACKED_LSB, 12, _unpacker_12p, ()),
+            (SampleLayout.PACKED_LSB, 14, _unpacker_14p, ()),
+            (SampleLayout.PACKED_GIGE, 10, _unpacker_gige, (2,)),
+            (SampleLayout.PACKED_GIGE, 12, _unpacker_gige, (4,)),
         )
         for size, out in ((1, bytes_out), (2, words_out))
     }

@@ -39,7 +39,7 @@ class Encoding(Protocol):
 
 
 @dataclass(frozen=True)
-class ImageHeader:
+class StillImageHeader:
     """Size and format of a compressed image after decoding."""
 
     width: int
@@ -52,7 +52,7 @@ class StillImage:
     """JPEG or JPEG 2000; decodes to exactly the bytes of `cv2.imdecode`."""
 
     name: str
-    header: ImageHeader
+    header: StillImageHeader
 
     def decode(self, data: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Decode the image. Raises PixelFormatError if it is damaged."""
@@ -82,7 +82,7 @@ MOST_PIXELS = 1 << 28
 "Pixels of an image that is decoded; the largest sensors have some 250 million."
 
 
-def jpeg_header(data: bytes) -> ImageHeader:
+def jpeg_header(data: bytes) -> StillImageHeader:
     """Read the frame header (SOF) of a JPEG image. Raises PixelFormatError."""
     at = _frame_header_at(data)
     if at is None:
@@ -111,7 +111,7 @@ _CODESTREAM = b"\xff\x4f\xff\x51"
 "Start of codestream and of the SIZ segment, in a JP2 file or alone."
 
 
-def jpeg2000_header(data: bytes) -> ImageHeader:
+def jpeg2000_header(data: bytes) -> StillImageHeader:
     """Read the SIZ segment of a JPEG 2000 image. Raises PixelFormatError."""
     at = data.find(_CODESTREAM)
     if at < 0 or len(data) < at + 45:
@@ -121,7 +121,7 @@ def jpeg2000_header(data: bytes) -> ImageHeader:
     return _header("JPEG 2000", right - left, bottom - top, (depth & 0x7F) + 1, components)
 
 
-def _header(name: str, width: int, height: int, depth: int, components: int) -> ImageHeader:
+def _header(name: str, width: int, height: int, depth: int, components: int) -> StillImageHeader:
     names = {(1, 8): "Mono8", (3, 8): "BGR8", (4, 8): "BGRa8"}
     if components == 1 and 8 < depth <= 16:
         pixel_format = pfnc.by_name("Mono16" if depth not in (10, 12, 14) else f"Mono{depth}")
@@ -133,7 +133,7 @@ def _header(name: str, width: int, height: int, depth: int, components: int) -> 
         raise PixelFormatError(f"a {name} image of {components} components with {depth} bits is unknown")
     if problem := _size_problem(width, height):
         raise PixelFormatError(f"a {name} image announces {width}×{height} pixels{problem}")
-    return ImageHeader(width, height, pixel_format)
+    return StillImageHeader(width, height, pixel_format)
 
 
 def _size_problem(width: int, height: int) -> str:

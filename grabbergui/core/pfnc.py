@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Literal, cast
 
 
-class Layout(Enum):
+class SampleLayout(Enum):
     """The layout of samples in memory."""
 
     WHOLE = "unpacked"
@@ -58,7 +58,7 @@ class PixelFormat:
     "Significant bits of a sample; the largest if components differ (`RGB565p`)."
     components: int = 1
     "Size of the last axis of `Frame.raw`; with one component there is no such axis."
-    layout: Layout = Layout.OTHER
+    layout: SampleLayout = SampleLayout.OTHER
     order: str = ""
     """Order of components in memory, e.g. `BGRa`, `YUYV` or `UYYVYY`; for Bayer the first two pixels (`RG`),
     for sparse colour the first four, for coordinates their names."""
@@ -73,7 +73,7 @@ class PixelFormat:
     standard: Literal["", "601", "709", "2020"] = ""
     "ITU-R BT recommendation with its matrix and limited range; without one, BT.601's matrix in full range."
     fields: tuple[int, ...] = ()
-    "Bits of each component of `Layout.FIELDS`, from the least significant."
+    "Bits of each component of `SampleLayout.FIELDS`, from the least significant."
     guessed: bool = False
     "Whether the code is none of PFNC's or a vendor's, and the layout was guessed from its bits per pixel."
 
@@ -85,7 +85,7 @@ class PixelFormat:
     @property
     def convertible(self) -> bool:
         """Whether `core.pixels` can convert it."""
-        return self.layout is not Layout.OTHER
+        return self.layout is not SampleLayout.OTHER
 
     @property
     def is_distance(self) -> bool:
@@ -100,7 +100,7 @@ class PixelFormat:
     @property
     def packed(self) -> bool:
         """Whether samples are not aligned to bytes, so that reading them requires a copy."""
-        return self.layout in (Layout.PACKED_LSB, Layout.PACKED_GIGE)
+        return self.layout in (SampleLayout.PACKED_LSB, SampleLayout.PACKED_GIGE)
 
     @property
     def needs_range(self) -> bool:
@@ -263,9 +263,11 @@ def _read(name: str, code: int) -> PixelFormat:
     assert match is not None, name
     part = {key: value or "" for key, value in match.groupdict().items()}
     bits, packing, special, start = int(part["bits"]), part["packing"], part["special"], part["components"]
-    layout = {"p": Layout.PACKED_LSB, "Packed": Layout.PACKED_GIGE}.get(packing, Layout.WHOLE)
+    layout = {"p": SampleLayout.PACKED_LSB, "Packed": SampleLayout.PACKED_GIGE}.get(
+        packing, SampleLayout.WHOLE
+    )
     if special == "Deprecated":
-        layout = Layout.PACKED_LSB
+        layout = SampleLayout.PACKED_LSB
     kind: Literal["u", "i", "f"] = "i" if packing == "s" else "f" if packing == "f" else "u"
     simple = PixelFormat(name, code, Family.MONO, bits, 1, layout, part["pattern"], kind)
     if start in ("YUV", "YCbCr"):
@@ -304,13 +306,13 @@ def _read_yuv(simple: PixelFormat, part: dict[str, str]) -> PixelFormat:
 
 def _read_special_rgb(colour: PixelFormat, packing: str) -> PixelFormat:
     if colour.depth == 565:
-        return replace(colour, depth=6, layout=Layout.FIELDS, fields=(5, 6, 5))
+        return replace(colour, depth=6, layout=SampleLayout.FIELDS, fields=(5, 6, 5))
     if packing == "p32":
-        return replace(colour, layout=Layout.FIELDS, fields=(10, 10, 10))
+        return replace(colour, layout=SampleLayout.FIELDS, fields=(10, 10, 10))
     if packing == "V1Packed" and colour.depth == 12:
-        return replace(colour, layout=Layout.PACKED_GIGE)
+        return replace(colour, layout=SampleLayout.PACKED_GIGE)
     if packing == "V1Packed":
-        return replace(colour, layout=Layout.OTHER)  # GigE Vision 1.x; its bytes are not in PFNC
+        return replace(colour, layout=SampleLayout.OTHER)  # GigE Vision 1.x; its bytes are not in PFNC
     return colour
 
 
@@ -334,7 +336,7 @@ def by_code(code: int) -> PixelFormat:
     """Return the format of a PFNC code.
 
     An unknown one is named by its code. Its layout is guessed if there is a usual one for its bits per pixel.
-    That of a vendor's own is `Layout.OTHER`: `vendor_formats` may know more.
+    That of a vendor's own is `SampleLayout.OTHER`: `vendor_formats` may know more.
     """
     return _BY_CODE.get(code) or _guessed(code)
 

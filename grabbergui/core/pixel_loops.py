@@ -16,29 +16,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.compiled_loops import unpacker
-from grabbergui.core.pfnc import Layout
+from grabbergui.core.pfnc import SampleLayout
 
 _Part = tuple[int, int]
 "Mask of the bits to keep, and their shift to the left."
 
-_STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
-    (Layout.PACKED_LSB, 10): (
+_STEPS: dict[tuple[SampleLayout, int], tuple[tuple[_Part, ...], ...]] = {
+    (SampleLayout.PACKED_LSB, 10): (
         ((0x00_000F_FFFF, 0), (0xFF_FFF0_0000, 12)),
         ((0x0000_03FF_0000_03FF, 0), (0x000F_FC00_000F_FC00, 6)),
     ),
-    (Layout.PACKED_LSB, 12): (
+    (SampleLayout.PACKED_LSB, 12): (
         ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
         ((0x0000_0FFF_0000_0FFF, 0), (0x00FF_F000_00FF_F000, 4)),
     ),
-    (Layout.PACKED_LSB, 14): (
+    (SampleLayout.PACKED_LSB, 14): (
         ((0x0000_0FFF_FFFF, 0), (0xFF_FFFF_F000_0000, 4)),
         ((0x0000_3FFF_0000_3FFF, 0), (0x0FFF_C000_0FFF_C000, 2)),
     ),
-    (Layout.PACKED_GIGE, 10): (
+    (SampleLayout.PACKED_GIGE, 10): (
         ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
         ((0x00FF_00FF_00FF_00FF, 2), (0x0000_0300_0000_0300, -8), (0x0000_3000_0000_3000, 4)),
     ),
-    (Layout.PACKED_GIGE, 12): (
+    (SampleLayout.PACKED_GIGE, 12): (
         ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
         ((0x00FF_F0FF_00FF_F0FF, 4), (0x0000_0F00_0000_0F00, -8)),
     ),
@@ -50,22 +50,22 @@ _BLOCK = 16384
 """Words in a block: 128 KiB, so that intermediate results stay in the processor's cache."""
 
 
-def packed_bits(layout: Layout, depth: int) -> int:
+def packed_bits(layout: SampleLayout, depth: int) -> int:
     """Return the average size of a sample in the payload, in bits."""
-    return 12 if layout is Layout.PACKED_GIGE else depth
+    return 12 if layout is SampleLayout.PACKED_GIGE else depth
 
 
-def samples_per_group(layout: Layout, depth: int) -> int:
+def samples_per_group(layout: SampleLayout, depth: int) -> int:
     """Return the number of samples in a group that begins and ends on a byte."""
     return _SAMPLES_PER_WORD if depth > 8 else 8 // depth
 
 
-def bytes_per_group(layout: Layout, depth: int) -> int:
+def bytes_per_group(layout: SampleLayout, depth: int) -> int:
     """Return the size of such a group in bytes."""
     return samples_per_group(layout, depth) * packed_bits(layout, depth) // 8
 
 
-def unpack(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[Any]:
+def unpack(data: NDArray[np.uint8], layout: SampleLayout, depth: int, count: int) -> NDArray[Any]:
     """Return the first `count` samples of contiguous bytes: uint8 up to 8 bits, else native uint16."""
     if depth < 8:
         groups = -(-count // (8 // depth))
@@ -78,7 +78,7 @@ def unpack(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> N
     return samples
 
 
-def unpack_high(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint8]:
+def unpack_high(data: NDArray[np.uint8], layout: SampleLayout, depth: int, count: int) -> NDArray[np.uint8]:
     """Return the eight highest bits, for display, of the first `count` samples of 10 to 14 bits."""
     samples = np.empty(count, np.uint8)
     done = _compiled(data, layout, depth, samples)
@@ -88,7 +88,7 @@ def unpack_high(data: NDArray[np.uint8], layout: Layout, depth: int, count: int)
     return samples
 
 
-def _compiled(data: NDArray[np.uint8], layout: Layout, depth: int, samples: NDArray[Any]) -> int:
+def _compiled(data: NDArray[np.uint8], layout: SampleLayout, depth: int, samples: NDArray[Any]) -> int:
     """Unpack whole groups with a compiled loop, if there is one; return the number of samples done."""
     kernel = unpacker(layout, depth, samples.dtype.itemsize)
     if kernel is None:
@@ -98,7 +98,7 @@ def _compiled(data: NDArray[np.uint8], layout: Layout, depth: int, samples: NDAr
     return groups * _SAMPLES_PER_WORD
 
 
-def _from(data: NDArray[np.uint8], layout: Layout, depth: int, first: int) -> NDArray[np.uint8]:
+def _from(data: NDArray[np.uint8], layout: SampleLayout, depth: int, first: int) -> NDArray[np.uint8]:
     return data[first // _SAMPLES_PER_WORD * bytes_per_group(layout, depth) :]
 
 
@@ -112,7 +112,9 @@ def _table(depth: int) -> NDArray[Any]:
     return values.view({1: np.float64, 2: np.int32, 4: np.uint16}[depth]).reshape(-1)
 
 
-def _unpack_words(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint16]:
+def _unpack_words(
+    data: NDArray[np.uint8], layout: SampleLayout, depth: int, count: int
+) -> NDArray[np.uint16]:
     steps = _STEPS[layout, depth]
     words = _words(data, bytes_per_group(layout, depth), -(-count // _SAMPLES_PER_WORD))
     joined, moved = np.empty(_BLOCK, "<u8"), np.empty(_BLOCK, "<u8")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.pfnc import Layout, PixelFormat
+from grabbergui.core.pfnc import PixelFormat, SampleLayout
 from grabbergui.core.pixel_loops import (
     bytes_per_group,
     packed_bits,
@@ -64,7 +64,7 @@ def lines(frame: SensorImage, first: int = 0, last: int | None = None) -> NDArra
         return _semiplanar_lines(frame, first, last)
     if pixel_format.expands_chroma:
         return _yuv411_lines(frame, first, last)
-    if pixel_format.layout is Layout.FIELDS:
+    if pixel_format.layout is SampleLayout.FIELDS:
         return _field_lines(frame, first, last)
     if pixel_format.planar:
         return _planar_lines(frame, first, last)

@@ -42,7 +42,7 @@ class StreamRequest:
     "Byte order of pixels with more than 8 bits by the camera's own feature; None if it has none."
 
 
-class Stream(Protocol):
+class DeviceStream(Protocol):
     """Receives from its construction until it is closed."""
 
     def close(self) -> None:
@@ -93,7 +93,7 @@ class Device(ABC):
         "Reason for the loss of the camera; empty while it is connected. Each `open` clears it."
         self._reporting = threading.Lock()
         "Protects `lost`: the stream and a register access may detect a loss at the same time."
-        self._receiving: Stream | None = None
+        self._receiving: DeviceStream | None = None
         self._last_statistics = StreamStatistics()
 
     def interrupt(self) -> None:

@@ -43,7 +43,7 @@ class ComponentFlag(IntFlag):
 
 
 @dataclass(frozen=True)
-class Part:
+class PartHeader:
     """A part header: one piece of a component's data."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct("<HHIIHHQQQ")
@@ -82,7 +82,7 @@ class Part:
         ) + self.SHAPE.pack(self.width, self.height, self.padding_x, self.padding_y, 0)
 
     @classmethod
-    def decode(cls, container: Bytes, at: int, length: int | None = None) -> Part:
+    def decode(cls, container: Bytes, at: int, length: int | None = None) -> PartHeader:
         """Read a header at an offset; `length` as in `Container.decode`. Raises RemoteProtocolError."""
         kind, _, size, code, _, flow, flow_offset, data_size, data_offset = _fields(
             cls.FORMAT, container, at, "part header"
@@ -103,7 +103,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Component:
+class ComponentHeader:
     """A component header: the result of one sensor or computation."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct("<HHI2xHHHIIQQI2xH")
@@ -111,7 +111,7 @@ class Component:
     type_id: int
     "SFNC's ComponentIDValue."
     pixel_format: int
-    parts: tuple[Part, ...]
+    parts: tuple[PartHeader, ...]
     group: int = 0
     source: int = 0
     region: int = 0
@@ -144,15 +144,17 @@ class Component:
         ) + struct.pack(f"<{len(part_offsets)}Q", *part_offsets)
 
     @classmethod
-    def decode(cls, container: Bytes, at: int, length: int | None = None) -> Component:
-        """Read a header and those of its parts, as `Part.decode`. Raises RemoteProtocolError."""
+    def decode(cls, container: Bytes, at: int, length: int | None = None) -> ComponentHeader:
+        """Read a header and those of its parts, as `PartHeader.decode`. Raises RemoteProtocolError."""
         kind, flags, _, group, source, region, x, y, timestamp, type_id, code, count = _fields(
             cls.FORMAT, container, at, "component header"
         )
         if kind != HeaderType.COMPONENT:
             raise RemoteProtocolError(f"a GenDC component header of type 0x{kind:04X}")
         offsets = _offsets(container, at + cls.FORMAT.size, count)
-        parts = tuple(Part.decode(container, offset, length) for offset in offsets) if not flags & 1 else ()
+        parts = (
+            tuple(PartHeader.decode(container, offset, length) for offset in offsets) if not flags & 1 else ()
+        )
         return cls(type_id, code, parts, group, source, region, x, y, timestamp, flags)
 
 
@@ -162,7 +164,7 @@ class Container:
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct("<4sBBBxHHIQH6xQQII")
 
-    components: tuple[Component, ...]
+    components: tuple[ComponentHeader, ...]
     container_id: int = 0
     data_size: int = 0
     data_offset: int = 0
@@ -176,10 +178,10 @@ class Container:
         component_offsets, headers = [], b""
         for component in self.components:
             component_offsets.append(at)
-            first = at + Component.FORMAT.size + 8 * len(component.parts)
-            part_offsets = [first + index * Part.SIZE for index in range(len(component.parts))]
+            first = at + ComponentHeader.FORMAT.size + 8 * len(component.parts)
+            part_offsets = [first + index * PartHeader.SIZE for index in range(len(component.parts))]
             headers += component.encode(part_offsets) + b"".join(part.encode() for part in component.parts)
-            at = first + Part.SIZE * len(component.parts)
+            at = first + PartHeader.SIZE * len(component.parts)
         return (
             self.FORMAT.pack(
                 SIGNATURE,
@@ -215,7 +217,8 @@ class Container:
                 f"a GenDC descriptor of {descriptor} bytes in a container of {len(container)}"
             )
         components = tuple(
-            Component.decode(container, at, length) for at in _offsets(container, cls.FORMAT.size, count)
+            ComponentHeader.decode(container, at, length)
+            for at in _offsets(container, cls.FORMAT.size, count)
         )
         major, minor, patch = version
         return cls(components, container_id, size, offset, descriptor, (major, minor, patch), flags)
@@ -237,7 +240,9 @@ def check_version(start: Bytes) -> None:
 
 def descriptor_size(components: Sequence[int]) -> int:
     """Return the bytes of a descriptor whose components have these numbers of parts."""
-    return Container.FORMAT.size + sum(8 + Component.FORMAT.size + (8 + Part.SIZE) * n for n in components)
+    return Container.FORMAT.size + sum(
+        8 + ComponentHeader.FORMAT.size + (8 + PartHeader.SIZE) * n for n in components
+    )
 
 
 def _fields(layout: struct.Struct, container: Bytes, at: int, where: str) -> tuple[int, ...]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
 from grabbergui.core.component import Component, ComponentKind, PayloadType, own_component
-from grabbergui.core.encoded_image import ImageHeader, StillImage, jpeg2000_header, jpeg_header
+from grabbergui.core.encoded_image import StillImage, StillImageHeader, jpeg2000_header, jpeg_header
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import EncodedFrame, Frame
 from grabbergui.core.pfnc import PixelFormat
@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 HEADER_BYTES = 64 << 10
 "Leading bytes of a compressed image that must contain its header; cameras' metadata is smaller."
 
-_HEADER_READERS: dict[PayloadType, Callable[[bytes], ImageHeader]] = {
+_HEADER_READERS: dict[PayloadType, Callable[[bytes], StillImageHeader]] = {
     PayloadType.JPEG: jpeg_header,
     PayloadType.JPEG2000: jpeg2000_header,
 }
@@ -130,7 +130,7 @@ class PayloadReader:
         return Contents(PayloadType.GENDC, payload, tuple(parts), chunks)
 
     def _gendc_image(
-        self, component: gendc.Component, part: gendc.Part, data: NDArray[np.uint8]
+        self, component: gendc.ComponentHeader, part: gendc.PartHeader, data: NDArray[np.uint8]
     ) -> Component | None:
         pixel_format = pfnc.by_code(part.pixel_format or component.pixel_format)
         kind = kind_of(pixel_format, component.type_id)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.core.environment import home
-from grabbergui.driver.twin.report_file import CameraReport, RegisterAccess
+from grabbergui.driver.twin.report_file import CameraReport, RecordedAccess
 
 SHORTEST = 4
 "Characters of a name that is replaced inside texts; a shorter one only where it stands alone."
@@ -125,12 +125,12 @@ class _Names:
         value = row["value"] if row["kind"] == "enumeration" else self.value(row["value"])
         return {**row, "value": value, "problem": problem}
 
-    def access(self, access: RegisterAccess) -> RegisterAccess:
+    def access(self, access: RecordedAccess) -> RecordedAccess:
         """Return an access with the stand-ins in its bytes and its message."""
         data = None if access.data is None else self._binary(access.data)
         return replace(access, data=data, message=self.text(access.message))
 
-    def registers(self, accesses: Iterable[RegisterAccess]) -> tuple[RegisterAccess, ...]:
+    def registers(self, accesses: Iterable[RecordedAccess]) -> tuple[RecordedAccess, ...]:
         """Return accesses with the stand-ins, also of names that extend over several registers."""
         replaced = list(map(self.access, accesses))
         order = sorted(range(len(replaced)), key=lambda index: replaced[index].address)
@@ -144,7 +144,7 @@ class _Names:
                 run.append(index)
         return tuple(replaced)
 
-    def _replace_in_run(self, replaced: list[RegisterAccess], run: list[int]) -> None:
+    def _replace_in_run(self, replaced: list[RecordedAccess], run: list[int]) -> None:
         whole = self._binary(b"".join(replaced[index].data or b"" for index in run))
         at = 0
         for index in run:

@@ -8,12 +8,12 @@ import pytest
 
 from grabbergui.core import encoded_image, pfnc
 from grabbergui.core.component import Component, ComponentKind, PayloadType
-from grabbergui.core.encoded_image import ImageHeader, StillImage
+from grabbergui.core.encoded_image import StillImage, StillImageHeader
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import BufferPool, EncodedFrame, Frame, FrameStatus
 
 MONO8, MONO16 = pfnc.by_name("Mono8"), pfnc.by_name("Mono16")
-JPEG_OF_4_BY_3 = StillImage("JPEG", ImageHeader(4, 3, MONO8))
+JPEG_OF_4_BY_3 = StillImage("JPEG", StillImageHeader(4, 3, MONO8))
 RANDOM = np.random.default_rng(3)
 
 

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core import pfnc
-from grabbergui.core.pfnc import FORMATS, Family, Layout
+from grabbergui.core.pfnc import FORMATS, Family, SampleLayout
 from pixel_formats import CONVERTIBLE
 
 # The standard's list of values: name, code. Written out by hand, so that a slip in the table shows.
@@ -41,12 +41,12 @@ def test_codes_are_the_standards(name, code):
 def test_a_name_says_the_bits_of_its_code(pixel_format):
     """A slip in the table or in reading a name shows, as both say how many bits a pixel has."""
     shared = {"411": 1.5, "420": 1.5, "422": 2}.get(pixel_format.subsampling, pixel_format.components)
-    if pixel_format.layout is Layout.WHOLE:
+    if pixel_format.layout is SampleLayout.WHOLE:
         bits = 8 * pixel_format.sample_bytes * shared
-    elif pixel_format.layout is Layout.FIELDS:
+    elif pixel_format.layout is SampleLayout.FIELDS:
         bits = {"p32": 32}.get(pixel_format.name[-3:], sum(pixel_format.fields))
     else:
-        bits = shared * (12 if pixel_format.layout is Layout.PACKED_GIGE else pixel_format.depth)
+        bits = shared * (12 if pixel_format.layout is SampleLayout.PACKED_GIGE else pixel_format.depth)
     assert pixel_format.bits_per_pixel == bits
     assert pixel_format.code >> 24 == (2 if pixel_format.components > 1 or shared > 1 else 1)
 

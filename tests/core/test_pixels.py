@@ -18,14 +18,14 @@ from images import (
 from grabbergui.core import compiled_loops, pfnc, pixel_loops, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import Family, Layout
+from grabbergui.core.pfnc import Family, SampleLayout
 from grabbergui.core.pixels import Region, millimetres, polarisation
 from pixel_formats import CONVERTIBLE
 
 SIZES = [(16, 6), (12, 5), (4, 7), (8, 3)]
 PACKED = [f for f in CONVERTIBLE if f.packed]
-WHOLE = [f for f in CONVERTIBLE if f.layout is Layout.WHOLE and not f.expands_chroma]
-DEEP = [f for f in CONVERTIBLE if (f.layout is Layout.WHOLE and f.depth > 8) or f.fields]
+WHOLE = [f for f in CONVERTIBLE if f.layout is SampleLayout.WHOLE and not f.expands_chroma]
+DEEP = [f for f in CONVERTIBLE if (f.layout is SampleLayout.WHOLE and f.depth > 8) or f.fields]
 PLAIN = [f for f in CONVERTIBLE if not f.needs_range]
 "Formats whose values have a white of their own."
 EXACT = [f for f in PLAIN if f.family is not Family.SPARSE]

@@ -3,7 +3,7 @@
 import pytest
 
 from grabbergui.core import pfnc, vendor_formats
-from grabbergui.core.pfnc import Layout, PixelFormat
+from grabbergui.core.pfnc import PixelFormat, SampleLayout
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_formats_whose_layout_is_known(code, name, vendor, found):
     ],
 )
 def test_what_cannot_be_decoded_is_raw_data_of_that_name(code, name, vendor, shown):
-    assert vendor_formats.of_camera(code, name, vendor) == PixelFormat(shown, code, layout=Layout.OTHER)
+    assert vendor_formats.of_camera(code, name, vendor) == PixelFormat(shown, code, layout=SampleLayout.OTHER)
 
 
 def test_a_name_of_the_convention_means_the_same_to_a_camera():

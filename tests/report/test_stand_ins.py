@@ -14,7 +14,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.device import device_of
-from grabbergui.driver.twin.report_file import CameraReport, RegisterAccess
+from grabbergui.driver.twin.report_file import CameraReport, RecordedAccess
 from grabbergui.report import stand_ins
 from grabbergui.report.stand_ins import without_names
 
@@ -22,8 +22,8 @@ SERIAL, NAME, MAC, IP = "22ab34455", "Ana's left eye", "00:30:53:0a:0b:0c", "192
 HOST = "192.168.7.1"
 
 
-def register(address: int, data: bytes, name: str = "") -> RegisterAccess:
-    return RegisterAccess(address, len(data), data, name=name)
+def register(address: int, data: bytes, name: str = "") -> RecordedAccess:
+    return RecordedAccess(address, len(data), data, name=name)
 
 
 def ip(text: str) -> bytes:
@@ -46,7 +46,7 @@ REPORT = CameraReport(
     registers=(
         register(0x1000, NAME.encode().ljust(32, b"\0"), "DeviceUserID"),
         register(0x2000, b"\x0c\x0b\x0a\x53\x30\x00\0\0", "little-endian"),
-        RegisterAccess(0x3000, 4, failure="DeviceStatusError", message=f"{SERIAL} refused"),
+        RecordedAccess(0x3000, 4, failure="DeviceStatusError", message=f"{SERIAL} refused"),
         register(0x4000, b"\0\0\0\x01", "a number"),
     ),
     features=(

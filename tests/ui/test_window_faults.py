@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QAbstractButton
 from grabbergui import sources
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import Faults, PacketFaults
+from grabbergui.driver.sim.gige.stream import GigeFaults, PacketFaults
 from grabbergui.models.messages import ERROR_SECONDS
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.source_messages import BACK_SECONDS
@@ -46,7 +46,7 @@ class Bench:
     def lose_packets(self, share):
         """Let this share of the stream's packets get lost from now on."""
         stream = self._camera._stream
-        stream._faults = Faults(loss=share)
+        stream._faults = GigeFaults(loss=share)
         stream._packet_faults = PacketFaults(stream._faults)
 
     def until_it_streams(self):

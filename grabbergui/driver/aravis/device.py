@@ -41,7 +41,13 @@ from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
 from grabbergui.driver.genapi.cleaning import port_name
-from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, GVCP_PORT, Control, Register, known_registers
+from grabbergui.driver.gige.bootstrap import (
+    BIG_ENDIAN_MODE,
+    GVCP_PORT,
+    BootstrapRegister,
+    ControlPrivilege,
+    known_registers,
+)
 from grabbergui.driver.gige.identity import identity_texts as gige_texts
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
@@ -247,7 +253,7 @@ class AravisDevice(Device):
     def use_description(self, xml: str) -> None:
         self._numbers = False
         if self.chunk_layout is DataLayout.GIGE_VISION:
-            little_endian = not self._read_register(Register.DEVICE_MODE) & BIG_ENDIAN_MODE
+            little_endian = not self._read_register(BootstrapRegister.DEVICE_MODE) & BIG_ENDIAN_MODE
             traits = DescriptionTraits.of(xml, port_name(xml))
             self._numbers = traits.numbers(little_endian=little_endian)
 
@@ -287,13 +293,17 @@ class AravisDevice(Device):
         """Raise DeviceLostError, and report it, if the camera is silent or no longer under our control."""
         gige = self.chunk_layout is DataLayout.GIGE_VISION
         try:
-            control = int.from_bytes(self._read(Register.CCP if gige else 0, 4), "big")
+            control = int.from_bytes(self._read(BootstrapRegister.CCP if gige else 0, 4), "big")
         except AckTimeoutError:
             reason = "the camera does not answer"
         except DeviceStatusError:
             return
         else:
-            if not gige or not self._writable or control & (Control.CONTROL | Control.EXCLUSIVE):
+            if (
+                not gige
+                or not self._writable
+                or control & (ControlPrivilege.CONTROL | ControlPrivilege.EXCLUSIVE)
+            ):
                 return
             reason = "the camera took our control back; its heartbeat may have expired, or it has restarted"
         self.report_lost(reason)

@@ -43,7 +43,7 @@ from grabbergui.driver.gentl.errors import answering, opening
 from grabbergui.driver.gentl.module_registers import choose_order_mechanism
 from grabbergui.driver.gentl.producer import FoundCamera, Producer, text_of
 from grabbergui.driver.gentl.stream import GentlStream
-from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Register
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, BootstrapRegister
 from grabbergui.driver.gige.identity import identity_texts as gige_texts
 from grabbergui.driver.gige.quirks import DescriptionTraits
 from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
@@ -184,7 +184,9 @@ class GentlDevice(Device):
         traits = DescriptionTraits.of(xml, port_name(xml))
         little_endian = False
         with suppress(GrabberError):  # a producer may not expose the register
-            little_endian = not int.from_bytes(self.read(Register.DEVICE_MODE, 4), "big") & BIG_ENDIAN_MODE
+            little_endian = (
+                not int.from_bytes(self.read(BootstrapRegister.DEVICE_MODE, 4), "big") & BIG_ENDIAN_MODE
+            )
         try:
             choose_order_mechanism(self._opened(), numbers=traits.numbers(little_endian=little_endian))
         except GrabberError as error:

@@ -23,7 +23,13 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
-from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit, Register, ip_number, ip_text
+from grabbergui.driver.gige.bootstrap import (
+    GVCP_PORT,
+    BootstrapRegister,
+    IpConfigurationBit,
+    ip_number,
+    ip_text,
+)
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import LIMITED_BROADCAST
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
@@ -168,11 +174,11 @@ _WAYS = {
 def read_configuration(device: GigeDevice) -> IpConfiguration:
     """Read the bootstrap registers of an open GigE Vision device. Raises as `GigeDevice.read`."""
     return IpConfiguration(
-        current_ip=_address(device, Register.CURRENT_IP),
-        ways=_bits(device, Register.CURRENT_IP_CONFIGURATION),
-        persistent_ip=_address(device, Register.PERSISTENT_IP),
-        persistent_mask=_address(device, Register.PERSISTENT_SUBNET_MASK),
-        persistent_gateway=_address(device, Register.PERSISTENT_GATEWAY),
+        current_ip=_address(device, BootstrapRegister.CURRENT_IP),
+        ways=_bits(device, BootstrapRegister.CURRENT_IP_CONFIGURATION),
+        persistent_ip=_address(device, BootstrapRegister.PERSISTENT_IP),
+        persistent_mask=_address(device, BootstrapRegister.PERSISTENT_SUBNET_MASK),
+        persistent_gateway=_address(device, BootstrapRegister.PERSISTENT_GATEWAY),
     )
 
 
@@ -185,14 +191,14 @@ def keep_address(device: GigeDevice, ip: str, mask: str, gateway: str = NONE) ->
     check_addresses(ip, mask, gateway)
     _require(device, IpConfigurationBit.PERSISTENT)
     wanted = {
-        Register.PERSISTENT_IP: ip,
-        Register.PERSISTENT_SUBNET_MASK: mask,
-        Register.PERSISTENT_GATEWAY: gateway,
+        BootstrapRegister.PERSISTENT_IP: ip,
+        BootstrapRegister.PERSISTENT_SUBNET_MASK: mask,
+        BootstrapRegister.PERSISTENT_GATEWAY: gateway,
     }
     for register, address in wanted.items():
         device.write_number(register, ip_number(address))
-    ways = _bits(device, Register.CURRENT_IP_CONFIGURATION) | IpConfigurationBit.PERSISTENT
-    device.write_number(Register.CURRENT_IP_CONFIGURATION, ways)
+    ways = _bits(device, BootstrapRegister.CURRENT_IP_CONFIGURATION) | IpConfigurationBit.PERSISTENT
+    device.write_number(BootstrapRegister.CURRENT_IP_CONFIGURATION, ways)
     kept = read_configuration(device)
     held = (kept.persistent_ip, kept.persistent_mask, kept.persistent_gateway)
     if held != tuple(wanted.values()) or IpConfigurationBit.PERSISTENT not in kept.ways:
@@ -205,10 +211,10 @@ def forget_address(device: GigeDevice) -> IpConfiguration:
 
     Raises as `keep_address`.
     """
-    ways = _bits(device, Register.CURRENT_IP_CONFIGURATION) & ~IpConfigurationBit.PERSISTENT
+    ways = _bits(device, BootstrapRegister.CURRENT_IP_CONFIGURATION) & ~IpConfigurationBit.PERSISTENT
     others = IpConfigurationBit.DHCP | IpConfigurationBit.LINK_LOCAL
-    ways |= _bits(device, Register.SUPPORTED_IP_CONFIGURATION) & others
-    device.write_number(Register.CURRENT_IP_CONFIGURATION, ways)
+    ways |= _bits(device, BootstrapRegister.SUPPORTED_IP_CONFIGURATION) & others
+    device.write_number(BootstrapRegister.CURRENT_IP_CONFIGURATION, ways)
     return read_configuration(device)
 
 
@@ -231,16 +237,16 @@ def check_addresses(ip: str, mask: str, gateway: str = NONE) -> None:
 
 
 def _require(device: GigeDevice, way: IpConfigurationBit) -> None:
-    supported = _bits(device, Register.SUPPORTED_IP_CONFIGURATION)
+    supported = _bits(device, BootstrapRegister.SUPPORTED_IP_CONFIGURATION)
     if way not in supported:
         raise TransportError(
             f"{device.info.title} cannot keep an address of its own; let DHCP give it one, by its MAC address"
         )
 
 
-def _bits(device: GigeDevice, register: Register) -> IpConfigurationBit:
+def _bits(device: GigeDevice, register: BootstrapRegister) -> IpConfigurationBit:
     return IpConfigurationBit(device.read_number(register) & 0x7)
 
 
-def _address(device: GigeDevice, register: Register) -> str:
+def _address(device: GigeDevice, register: BootstrapRegister) -> str:
     return ip_text(device.read_number(register))

@@ -17,7 +17,7 @@ IDENTITY_BYTES = 248
 "Registers 0x0000 to 0x00F7 are what a DISCOVERY_ACK carries."
 
 
-class Register(IntEnum):
+class BootstrapRegister(IntEnum):
     """Addresses of 32-bit registers."""
 
     VERSION = 0x0000
@@ -114,7 +114,7 @@ class StreamChannel:
         return self._at(0x0D1C)
 
 
-class Capability(IntFlag):
+class GvcpCapability(IntFlag):
     """GVCP capability, register 0x0934."""
 
     CONCATENATION = 0x1
@@ -143,7 +143,7 @@ class MessageCapability(IntFlag):
     "MCSP holds the port that messages are sent from."
 
 
-class Control(IntFlag):
+class ControlPrivilege(IntFlag):
     """Control channel privilege, register CCP."""
 
     EXCLUSIVE = 0x1
@@ -161,7 +161,7 @@ class GvcpConfiguration(IntFlag):
 
 
 class GvspConfiguration(IntFlag):
-    """Bits of `Register.GVSP_CONFIGURATION`."""
+    """Bits of `BootstrapRegister.GVSP_CONFIGURATION`."""
 
     EXTENDED_IDS = 0x40000000
     "64-bit block ids, in packet headers of 20 bytes."
@@ -184,11 +184,11 @@ class PacketSizeFlag(IntFlag):
 
 
 BIG_ENDIAN_MODE = 0x80000000
-"In `Register.DEVICE_MODE`: the device's memory is big-endian."
+"In `BootstrapRegister.DEVICE_MODE`: the device's memory is big-endian."
 PACKET_SIZE_MASK = 0xFFFF
 PORT_MASK = 0xFFFF
 STREAM_CHANNELS_MASK = 0x1FF
-"The number of channels in `Register.STREAM_CHANNELS`."
+"The number of channels in `BootstrapRegister.STREAM_CHANNELS`."
 
 
 _FIELDS = {
@@ -207,7 +207,7 @@ _CHANNEL = {"SCP": 0x00, "SCPS": 0x04, "SCPD": 0x08, "SCDA": 0x18, "SCSP": 0x1C,
 
 def known_registers(channels: int) -> list[tuple[str, int, int]]:
     """Return name, address and length of every register here, with those of so many stream channels."""
-    found = [(register.name, int(register), 4) for register in Register]
+    found = [(register.name, int(register), 4) for register in BootstrapRegister]
     found += [(name, field.address, field.length) for name, field in _FIELDS.items()]
     for index in range(channels):
         first = StreamChannel(index).port

@@ -33,7 +33,14 @@ from grabbergui.driver.description import fetch_description
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
-from grabbergui.driver.gige.bootstrap import GVCP_PORT, Capability, Control, Register, StreamChannel, ip_text
+from grabbergui.driver.gige.bootstrap import (
+    GVCP_PORT,
+    BootstrapRegister,
+    ControlPrivilege,
+    GvcpCapability,
+    StreamChannel,
+    ip_text,
+)
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.gige.discovery import FoundDevice
@@ -47,7 +54,7 @@ from grabbergui.driver.gige.reasons import StreamFacts, no_frames, not_found
 from grabbergui.driver.gige.stream.channel import (
     ALL_CHANNELS,
     GigeOptions,
-    Stream,
+    GigeStream,
     Streams,
     chosen_channels,
     tick_frequency,
@@ -115,7 +122,7 @@ class GigeDevice(Device):
                 privilege.offer(link, camera, memory.capability)
                 holder = privilege.holder_of(link, memory.capability)
                 self._seen_as = _host_seen_by(memory)
-            timeout_ms = memory.read_optional(Register.HEARTBEAT_TIMEOUT_MS, USUAL_HEARTBEAT_MS)
+            timeout_ms = memory.read_optional(BootstrapRegister.HEARTBEAT_TIMEOUT_MS, USUAL_HEARTBEAT_MS)
             self.lost, link.on_lost = "", self.report_lost
             controlling = access is Access.CONTROL
             if not controlling:
@@ -129,7 +136,9 @@ class GigeDevice(Device):
         finally:
             self._opening = None
         self._link, self._memory = link, memory
-        self._stream = Streams([Stream(memory, address, interface, self.options, index) for index in indices])
+        self._stream = Streams(
+            [GigeStream(memory, address, interface, self.options, index) for index in indices]
+        )
         return access
 
     def _found(self) -> FoundDevice | None:
@@ -218,9 +227,9 @@ class GigeDevice(Device):
             identity = found.identity if found else self._ask_identity(ip, memory)
             _require_readable(link)
             mac = _mac_of(memory)
-            mode = memory.read_optional(Register.DEVICE_MODE, identity.device_mode)
+            mode = memory.read_optional(BootstrapRegister.DEVICE_MODE, identity.device_mode)
             self._little_endian = not mode & bootstrap.BIG_ENDIAN_MODE
-            memory.capability = Capability(memory.read_optional(Register.GVCP_CAPABILITY))
+            memory.capability = GvcpCapability(memory.read_optional(BootstrapRegister.GVCP_CAPABILITY))
             self._tick_frequency = tick_frequency(memory)
         except AckTimeoutError as error:
             if error.postponed:
@@ -309,13 +318,16 @@ class GigeDevice(Device):
 
     def bootstrap_registers(self) -> list[tuple[str, int, int]]:
         """Return GigE Vision's registers, of the stream channels those that the camera announces."""
-        channels = self._opened().read_optional(Register.STREAM_CHANNELS, 1) & bootstrap.STREAM_CHANNELS_MASK
+        channels = (
+            self._opened().read_optional(BootstrapRegister.STREAM_CHANNELS, 1)
+            & bootstrap.STREAM_CHANNELS_MASK
+        )
         return bootstrap.known_registers(min(channels, MOST_CHANNELS))
 
     def open_events(self) -> None:
         """Open the message channel, if the camera has one."""
         memory = self._opened()
-        if self._messages is not None or not memory.read_optional(Register.MESSAGE_CHANNELS):
+        if self._messages is not None or not memory.read_optional(BootstrapRegister.MESSAGE_CHANNELS):
             return
         interface = self._require_interface()
         self._messages = MessageChannel(memory, self.info.address, interface, self.report_event)
@@ -382,21 +394,24 @@ def _require_readable(link: ControlLink) -> None:
 
     Every camera lets others read CCP otherwise, and some lets them read CCP alone.
     """
-    if link.read_register(Register.CCP) & Control.EXCLUSIVE:
-        link.read_register(Register.GVCP_CAPABILITY)
+    if link.read_register(BootstrapRegister.CCP) & ControlPrivilege.EXCLUSIVE:
+        link.read_register(BootstrapRegister.GVCP_CAPABILITY)
 
 
 def _host_seen_by(memory: DeviceMemory) -> str:
     """Return the address of the controller, ourselves, as the camera sees it; empty if it does not tell."""
-    if Capability.PRIMARY_APPLICATION not in memory.capability:
+    if GvcpCapability.PRIMARY_APPLICATION not in memory.capability:
         return ""
-    number = memory.read_optional(Register.PRIMARY_APPLICATION_IP)
+    number = memory.read_optional(BootstrapRegister.PRIMARY_APPLICATION_IP)
     return ip_text(number) if number else ""
 
 
 def _mac_of(memory: DeviceMemory) -> int:
     """Return the MAC address as a number; 0 if the camera does not tell."""
-    high, low = memory.read_optional(Register.MAC_HIGH, -1), memory.read_optional(Register.MAC_LOW, -1)
+    high, low = (
+        memory.read_optional(BootstrapRegister.MAC_HIGH, -1),
+        memory.read_optional(BootstrapRegister.MAC_LOW, -1),
+    )
     return (high & 0xFFFF) << 32 | low if min(high, low) >= 0 else 0
 
 

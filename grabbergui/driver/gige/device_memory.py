@@ -17,7 +17,7 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
-from grabbergui.driver.gige.bootstrap import Capability, Field, GvcpConfiguration, Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, Field, GvcpCapability, GvcpConfiguration
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, ReadMem, Status, WriteMem, WriteReg
 
@@ -37,7 +37,7 @@ class DeviceMemory:
 
     def __init__(self, link: ControlLink) -> None:
         self._link = link
-        self.capability = Capability(0)
+        self.capability = GvcpCapability(0)
         "The device's capabilities; set while it is opened."
         self.writable = False
         "Whether we have control."
@@ -113,7 +113,7 @@ class DeviceMemory:
         except DeviceStatusError as error:
             refusal: GrabberError = error
         except AckTimeoutError as error:
-            self._link.read_register(Register.CCP)  # some devices do not answer what they refuse
+            self._link.read_register(BootstrapRegister.CCP)  # some devices do not answer what they refuse
             refusal = error
         self._absent.add(register)
         log.info("the camera has no register 0x%04X: %s", register, refusal)
@@ -210,9 +210,9 @@ class DeviceMemory:
 
     def _prepare_writing(self) -> None:
         """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""
-        self._writes_memory = Capability.WRITEMEM in self.capability
-        if self.capability & Capability.PENDING_ACK:
-            register, bit = Register.GVCP_CONFIGURATION, GvcpConfiguration.PENDING_ACK
+        self._writes_memory = GvcpCapability.WRITEMEM in self.capability
+        if self.capability & GvcpCapability.PENDING_ACK:
+            register, bit = BootstrapRegister.GVCP_CONFIGURATION, GvcpConfiguration.PENDING_ACK
             try:
                 configuration = self._link.read_register(register)
                 if not configuration & bit:

@@ -100,7 +100,7 @@ class Leader:
     "Bytes at the end of each line."
     padding_y: int = 0
     "Bytes at the end of the image."
-    parts: tuple[Part, ...] = ()
+    parts: tuple[PayloadPart, ...] = ()
     size: int = 0
     "Bytes of raw data, a file, a compressed image or a container; 0 if the leader does not contain it."
     file_name: str = ""
@@ -206,8 +206,11 @@ class Leader:
 
     @classmethod
     def _of_parts(cls, payload_type: int, timestamp: int, body: bytes | memoryview) -> Leader:
-        count = (len(body) - cls.COMMON.size) // Part.FORMAT.size
-        parts = tuple(Part.decode(body, cls.COMMON.size + index * Part.FORMAT.size) for index in range(count))
+        count = (len(body) - cls.COMMON.size) // PayloadPart.FORMAT.size
+        parts = tuple(
+            PayloadPart.decode(body, cls.COMMON.size + index * PayloadPart.FORMAT.size)
+            for index in range(count)
+        )
         image = next((part for part in parts if part.is_image), None)
         if image is None:
             return cls(payload_type, timestamp, parts=parts)
@@ -233,7 +236,7 @@ class PartType(IntEnum):
 
 
 @dataclass(frozen=True)
-class Part:
+class PayloadPart:
     """One part of a multi-part block."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct(">H6sI2xB5xHHIIIIHH4x")
@@ -268,7 +271,7 @@ class Part:
         )
 
     @classmethod
-    def decode(cls, body: bytes | memoryview, offset: int) -> Part:
+    def decode(cls, body: bytes | memoryview, offset: int) -> PayloadPart:
         """Read 48 bytes at `offset`."""
         fields = cls.FORMAT.unpack_from(body, offset)
         data_type, length, code, source, purpose, region = fields[:6]

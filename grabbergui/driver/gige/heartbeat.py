@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
-from grabbergui.driver.gige.bootstrap import Control, Register, ip_text
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege, ip_text
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import ReadReg, Status
 
@@ -28,9 +28,13 @@ class Pulse:
 Holder = tuple[int, int]
 """Who has control: the registers PRIMARY_APPLICATION_PORT and _IP."""
 
-PRIVILEGE = ReadReg((Register.CCP,))
+PRIVILEGE = ReadReg((BootstrapRegister.CCP,))
 PRIVILEGE_AND_HOLDER = ReadReg(
-    (Register.CCP, Register.PRIMARY_APPLICATION_PORT, Register.PRIMARY_APPLICATION_IP)
+    (
+        BootstrapRegister.CCP,
+        BootstrapRegister.PRIMARY_APPLICATION_PORT,
+        BootstrapRegister.PRIMARY_APPLICATION_IP,
+    )
 )
 
 
@@ -95,7 +99,7 @@ class Heartbeat:
             privilege, *holder = self.request.decode_ack(payload)
         except RemoteProtocolError:
             return
-        self.held = bool(privilege & (Control.CONTROL | Control.EXCLUSIVE))
+        self.held = bool(privilege & (ControlPrivilege.CONTROL | ControlPrivilege.EXCLUSIVE))
         if not self._controlling:
             return
         if not self.held:

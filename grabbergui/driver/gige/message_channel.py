@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
-from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register, ip_number
+from grabbergui.driver.gige.bootstrap import PORT_MASK, BootstrapRegister, MessageCapability, ip_number
 from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
@@ -105,7 +105,7 @@ class MessageChannel:
     def close(self) -> None:
         """Close the channel in the device and end the thread. Called once; never raises."""
         try:
-            self._memory.write_register(Register.MCP, 0)
+            self._memory.write_register(BootstrapRegister.MCP, 0)
         except GrabberError as error:
             log.info("closing the message channel: %s", error)
         self.abandon()
@@ -119,11 +119,11 @@ class MessageChannel:
 
     def _open(self, local_ip: str) -> None:
         memory = self._memory
-        memory.write_optional(Register.MCDA, ip_number(local_ip))
-        if not memory.write_optional(Register.MCP, self._socket.getsockname()[1]):
+        memory.write_optional(BootstrapRegister.MCDA, ip_number(local_ip))
+        if not memory.write_optional(BootstrapRegister.MCP, self._socket.getsockname()[1]):
             log.warning("the camera opens no message channel, so its events do not arrive")
-        if memory.read_optional(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
-            source_port = memory.read_optional(Register.MCSP) & PORT_MASK
+        if memory.read_optional(BootstrapRegister.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
+            source_port = memory.read_optional(BootstrapRegister.MCSP) & PORT_MASK
             if source_port:
                 # A datagram to the device's source port opens a stateful firewall for its messages.
                 self._socket.sendto(b"", (self._device_ip, source_port))

@@ -22,7 +22,13 @@ from grabbergui.core.errors import (
     GrabberError,
     ProtocolError,
 )
-from grabbergui.driver.gige.bootstrap import PORT_MASK, Capability, Control, Register, ip_text
+from grabbergui.driver.gige.bootstrap import (
+    PORT_MASK,
+    BootstrapRegister,
+    ControlPrivilege,
+    GvcpCapability,
+    ip_text,
+)
 from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.gvcp import Status, WriteReg
@@ -35,14 +41,14 @@ SWITCHOVER_KEY = 0x4742
 refuses others, so no program loses control by accident."""
 BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
 "Timing of commands that a camera may leave unanswered: taking control from another program, releasing it."
-HELD = Control.CONTROL | Control.EXCLUSIVE
+HELD = ControlPrivilege.CONTROL | ControlPrivilege.EXCLUSIVE
 LONGEST_WAIT = 5.0
 "Longest wait in seconds for a camera to release an ended controller. The usual heartbeat timeout is 3 s."
 LOOK_AGAIN = 0.05
 "Seconds between two checks whether control is free."
 
 
-def take(link: ControlLink, camera: str, capability: Capability, *, take_over: bool = False) -> None:
+def take(link: ControlLink, camera: str, capability: GvcpCapability, *, take_over: bool = False) -> None:
     """Take control of a camera, with `take_over` also from an application that offers it.
 
     If the controller was a program on this machine that was killed, wait for its heartbeat timeout. `camera`
@@ -62,54 +68,56 @@ def take(link: ControlLink, camera: str, capability: Capability, *, take_over: b
     raise AccessDeniedError(f"another application{where} controls {camera}; close it there")
 
 
-def _granted(link: ControlLink, camera: str, capability: Capability, *, take_over: bool) -> bool:
-    held = bool(link.read_register(Register.CCP) & HELD)
-    privilege: int = Control.CONTROL
-    if held and take_over and capability & Capability.SWITCHOVER:
+def _granted(link: ControlLink, camera: str, capability: GvcpCapability, *, take_over: bool) -> bool:
+    held = bool(link.read_register(BootstrapRegister.CCP) & HELD)
+    privilege: int = ControlPrivilege.CONTROL
+    if held and take_over and capability & GvcpCapability.SWITCHOVER:
         privilege |= SWITCHOVER_KEY << 16
     try:
         # Some devices do not answer a refused write, so retry only briefly if another program has control.
-        link.execute(WriteReg(((Register.CCP, privilege),)), BRIEF if held else None)
+        link.execute(WriteReg(((BootstrapRegister.CCP, privilege),)), BRIEF if held else None)
     except DeviceStatusError as error:
         if error.status == Status.ACCESS_DENIED:
             return False
         raise
     except AckTimeoutError as error:
         if error.postponed:  # by whoever answers as the camera; nobody refused
-            link.send_last(WriteReg(((Register.CCP, 0),)))
+            link.send_last(WriteReg(((BootstrapRegister.CCP, 0),)))
             raise
         # Release, in case only the answer was lost; a device ignores this from all but the holder.
         release(link, camera)
-        link.read_register(Register.CCP)
+        link.read_register(BootstrapRegister.CCP)
         return False
     return True
 
 
 def _released_in_time(link: ControlLink) -> bool:
     """Wait until the camera has released its ended controller; return whether it did in time."""
-    timeout = link.read_register(Register.HEARTBEAT_TIMEOUT_MS) / 1000
+    timeout = link.read_register(BootstrapRegister.HEARTBEAT_TIMEOUT_MS) / 1000
     end = time.monotonic() + min(1.2 * timeout, LONGEST_WAIT)
-    while link.read_register(Register.CCP) & HELD:
+    while link.read_register(BootstrapRegister.CCP) & HELD:
         if time.monotonic() >= end:
             return False
         time.sleep(LOOK_AGAIN)
     return True
 
 
-def offer(link: ControlLink, camera: str, capability: Capability) -> None:
+def offer(link: ControlLink, camera: str, capability: GvcpCapability) -> None:
     """Offer control to other instances of this program, if the camera can hand it over."""
-    if not capability & Capability.SWITCHOVER:
+    if not capability & GvcpCapability.SWITCHOVER:
         return
     try:
-        link.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, SWITCHOVER_KEY),)))
-        link.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
+        link.execute(WriteReg(((BootstrapRegister.CONTROL_SWITCHOVER_KEY, SWITCHOVER_KEY),)))
+        link.execute(
+            WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL | ControlPrivilege.SWITCHOVER),))
+        )
     except DeviceStatusError as error:
         log.info("%s: control cannot be offered to others: %s", camera, error)
 
 
 def release(link: ControlLink, camera: str) -> None:
     """Release control; otherwise the camera refuses all others until the heartbeat timeout."""
-    free = WriteReg(((Register.CCP, 0),))
+    free = WriteReg(((BootstrapRegister.CCP, 0),))
     if link.lost is not None or link.abandoned:
         link.send_last(free)
         return
@@ -119,9 +127,9 @@ def release(link: ControlLink, camera: str) -> None:
         log.info("releasing %s: %s", camera, error)
 
 
-def holder_of(link: ControlLink, capability: Capability) -> Holder | None:
+def holder_of(link: ControlLink, capability: GvcpCapability) -> Holder | None:
     """Read the holder right after we took control: behind a router it is not our own address."""
-    needed = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
+    needed = GvcpCapability.PRIMARY_APPLICATION | GvcpCapability.CONCATENATION
     if capability & needed != needed:
         return None
     try:
@@ -148,8 +156,8 @@ class _Controller(NamedTuple):
 def _controller(link: ControlLink) -> _Controller | None:
     """Return the application in control; None if the camera does not report it."""
     try:
-        number = link.read_register(Register.PRIMARY_APPLICATION_IP)
-        port = link.read_register(Register.PRIMARY_APPLICATION_PORT) & PORT_MASK
+        number = link.read_register(BootstrapRegister.PRIMARY_APPLICATION_IP)
+        port = link.read_register(BootstrapRegister.PRIMARY_APPLICATION_PORT) & PORT_MASK
     except GrabberError:
         return None  # only a detail of a message
     if not number:

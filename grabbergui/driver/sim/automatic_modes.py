@@ -29,7 +29,7 @@ _STRONGEST_STEP = 8.0
 
 
 @dataclass(frozen=True)
-class Limits:
+class ModeRange:
     """Range for an automatic mode; both ends are equal while the mode is off."""
 
     low: float
@@ -70,7 +70,7 @@ def correction(measured: Brightness, target: float, settings: FrameSettings) -> 
 
 
 def share_light(
-    factor: float, exposure_us: float, gain_db: float, exposures: Limits, gains: Limits
+    factor: float, exposure_us: float, gain_db: float, exposures: ModeRange, gains: ModeRange
 ) -> tuple[float, float]:
     """Spread a change of light over exposure time and gain, exposure first, gain as low as can be."""
     light = factor * exposure_us * 10 ** (gain_db / 20)
@@ -137,11 +137,11 @@ def regulate(memory: RegisterMemory, settings: FrameSettings, values: NDArray[An
 
 def _set_light(memory: RegisterMemory, settings: FrameSettings, factor: float) -> None:
     exposure, gain = settings.exposure_us, settings.gain_db
-    exposures, gains = Limits(exposure, exposure), Limits(gain, gain)
+    exposures, gains = ModeRange(exposure, exposure), ModeRange(gain, gain)
     if memory.integer(reg.EXPOSURE_AUTO):
-        exposures = Limits(memory.number(reg.AUTO_EXPOSURE_LOWER), memory.number(reg.AUTO_EXPOSURE_UPPER))
+        exposures = ModeRange(memory.number(reg.AUTO_EXPOSURE_LOWER), memory.number(reg.AUTO_EXPOSURE_UPPER))
     if memory.integer(reg.GAIN_AUTO):
-        gains = Limits(memory.number(reg.AUTO_GAIN_LOWER), memory.number(reg.AUTO_GAIN_UPPER))
+        gains = ModeRange(memory.number(reg.AUTO_GAIN_LOWER), memory.number(reg.AUTO_GAIN_UPPER))
     done = factor == 1.0
     if not done:
         wanted_exposure, wanted_gain = share_light(factor, exposure, gain, exposures, gains)

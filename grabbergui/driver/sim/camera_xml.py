@@ -14,7 +14,7 @@ from importlib import resources
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from grabbergui.driver.sim.memory import Kind, Register, RegisterValue
+from grabbergui.driver.sim.memory import Register, RegisterKind, RegisterValue
 
 _FEATURES_HERE = b"    <!-- features of the transport -->\n"
 _END = b"</RegisterDescription>"
@@ -24,9 +24,9 @@ _PORT = "Device"
 "The port that leads to registers; chunks and events have ports of their own."
 _FEATURE_KINDS = ("Integer", "Float", "Boolean", "Enumeration", "Command")
 _REGISTER_KINDS = {
-    ("IntReg", 4): Kind.UINT32,
-    ("IntReg", 8): Kind.INT64,
-    ("FloatReg", 8): Kind.FLOAT64,
+    ("IntReg", 4): RegisterKind.UINT32,
+    ("IntReg", 8): RegisterKind.INT64,
+    ("FloatReg", 8): RegisterKind.FLOAT64,
 }
 _BUFFER = "Register"
 "A node of plain bytes."
@@ -124,7 +124,7 @@ class DescribedRegisters:
         self, name: str, node: Element, which: int, offset: int, default: RegisterValue | None
     ) -> Register:
         length = int(_text(node, "Length"))
-        kind = _REGISTER_KINDS.get((_tag(node), length), Kind.STRING)
+        kind = _REGISTER_KINDS.get((_tag(node), length), RegisterKind.STRING)
         writable = _text(node, "AccessMode") == "RW"
         # A feature that is converted from its register (Gain from GainRaw) has no bearing on its range.
         feature = self._feature_of.get(name + _SUFFIX, node)
@@ -133,7 +133,7 @@ class DescribedRegisters:
             smallest, maximum = self._limits[name]
             minimum = minimum or smallest or 0.0
         if default is None:
-            default = "" if kind is Kind.STRING else 0
+            default = "" if kind is RegisterKind.STRING else 0
         return Register(
             f"{name}[{which}]" if which else name,
             int(_text(node, "Address"), 0) + offset,
@@ -143,7 +143,7 @@ class DescribedRegisters:
             writable,
             minimum,
             maximum,
-            step=int(_text(feature, "Inc") or 1) if kind is not Kind.FLOAT64 else 1,
+            step=int(_text(feature, "Inc") or 1) if kind is not RegisterKind.FLOAT64 else 1,
             choices=_choices(feature),
             saved=writable and (name in self._saved or _text(feature, "Streamable") == "Yes"),
         )

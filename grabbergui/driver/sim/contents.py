@@ -142,7 +142,7 @@ def _container(settings: FrameSettings, frame_id: int, parts: tuple[Piece, ...])
     components = []
     for piece in parts:
         chunks = piece.kind is ComponentKind.METADATA
-        header = gendc.Part(
+        header = gendc.PartHeader(
             gendc.HeaderType.CHUNK if chunks else gendc.HeaderType.IMAGE_2D,
             piece.pixel_format.code,
             piece.length,
@@ -152,7 +152,7 @@ def _container(settings: FrameSettings, frame_id: int, parts: tuple[Piece, ...])
             flow_offset=piece.begin,
         )
         components.append(
-            gendc.Component(
+            gendc.ComponentHeader(
                 piece.kind,
                 piece.pixel_format.code,
                 (header,),

@@ -36,7 +36,7 @@ class RegisterRefusedError(GrabberError):
         self.reason = reason
 
 
-class Kind(Enum):
+class RegisterKind(Enum):
     """Type of a register; numbers are big-endian. The value is their `struct` code."""
 
     UINT32 = "I"
@@ -51,7 +51,7 @@ class Register:
 
     name: str
     address: int
-    kind: Kind
+    kind: RegisterKind
     length: int
     default: RegisterValue
     writable: bool = True
@@ -71,18 +71,18 @@ class Register:
 
     def decode(self, data: bytes) -> RegisterValue:
         """Decode the register's bytes to its value."""
-        if self.kind is Kind.STRING:
+        if self.kind is RegisterKind.STRING:
             return data.split(b"\0", 1)[0].decode("utf-8", "replace")
         value: int | float = struct.unpack(f">{self.kind.value}", data)[0]
         return value
 
     def encode(self, value: RegisterValue) -> bytes:
         """Return a value as the register's bytes."""
-        if self.kind is Kind.STRING:
+        if self.kind is RegisterKind.STRING:
             # Cut between characters: a host could not decode half of one.
             whole = str(value).encode()[: self.length].decode("utf-8", "ignore")
             return whole.encode().ljust(self.length, b"\0")
-        number = float(value) if self.kind is Kind.FLOAT64 else int(value)
+        number = float(value) if self.kind is RegisterKind.FLOAT64 else int(value)
         return struct.pack(f">{self.kind.value}", number)
 
     def check(self, value: RegisterValue) -> None:
@@ -185,14 +185,14 @@ class RegisterMemory:
             raise RegisterRefusedError(Refusal.INVALID_ADDRESS, f"no register at 0x{address:x}")
         position = address
         for register in registers:
-            if register.kind is Kind.STRING and register.address < position:
+            if register.kind is RegisterKind.STRING and register.address < position:
                 # A word of a text, from a host that writes it word by word.
                 before = register.encode(self.get(register))[: position - register.address]
                 data, address, position = before + data, register.address, register.address
             if register.address != position:
                 raise RegisterRefusedError(Refusal.BAD_ALIGNMENT, f"0x{position:x} is inside {register.name}")
             content = data[position - address : register.end - address]
-            if register.kind is not Kind.STRING and len(content) < register.length:
+            if register.kind is not RegisterKind.STRING and len(content) < register.length:
                 raise RegisterRefusedError(
                     Refusal.BAD_ALIGNMENT, f"{register.name} is {register.length} bytes"
                 )

@@ -42,8 +42,8 @@ from grabbergui.driver.sim.scene import Scene
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, settings_of
 from grabbergui.driver.sim.timing import (
-    DeviceClock,
     Sequencer,
+    SimulatedClock,
     Thermometer,
     asked_rate,
     resulting_rate,
@@ -83,7 +83,7 @@ class CameraModel:
         *,
         scene: Scene | None = None,
         power_on: Mapping[Register, RegisterValue] | None = None,
-        clock: DeviceClock | None = None,
+        clock: SimulatedClock | None = None,
         files: FileStore | None = None,
     ) -> None:
         """Make a camera that has just been switched on.
@@ -94,7 +94,7 @@ class CameraModel:
         """
         self.sensor = Sensor(scene)
         self._video = H264Encoder()
-        self._device_clock = clock or DeviceClock()
+        self._device_clock = clock or SimulatedClock()
         self._clock = self._device_clock.monotonic
         self._changed = threading.Condition(threading.RLock())
         self._woken = False

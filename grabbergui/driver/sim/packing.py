@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.pfnc import Family, Layout, PixelFormat
+from grabbergui.core.pfnc import Family, PixelFormat, SampleLayout
 
 Bytes = NDArray[np.uint8]
 
@@ -107,19 +107,19 @@ def _write(values: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -> None:
 
 def _write_run(values: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -> None:
     layout, depth = pixel_format.layout, pixel_format.depth
-    if layout is Layout.WHOLE:
+    if layout is SampleLayout.WHOLE:
         out.view(f"<{pixel_format.kind}{pixel_format.sample_bytes}").reshape(values.shape)[...] = values
-    elif layout is Layout.PACKED_LSB and depth == 10:
+    elif layout is SampleLayout.PACKED_LSB and depth == 10:
         _fill(pack_10p, values, 4, out)
-    elif layout is Layout.PACKED_LSB and depth == 12:
+    elif layout is SampleLayout.PACKED_LSB and depth == 12:
         _fill(pack_12p, values, 2, out)
-    elif layout is Layout.PACKED_LSB:
+    elif layout is SampleLayout.PACKED_LSB:
         octets = np.ascontiguousarray(values.reshape(-1), "<u2").view(np.uint8).reshape(-1, 2)
         bits = np.unpackbits(octets, axis=1, bitorder="little")[:, :depth]
         out[:] = np.packbits(bits.reshape(-1), bitorder="little")
-    elif layout is Layout.PACKED_GIGE and depth == 10:
+    elif layout is SampleLayout.PACKED_GIGE and depth == 10:
         _fill(pack_10_packed, values, 2, out)
-    elif layout is Layout.PACKED_GIGE:
+    elif layout is SampleLayout.PACKED_GIGE:
         _fill(pack_12_packed, values, 2, out)
     else:
         _write_fields(values, pixel_format, out)

@@ -18,7 +18,7 @@ from grabbergui.driver.sim.memory import RegisterMemory
 Clock = Callable[[], int]
 
 
-class DeviceClock:
+class SimulatedClock:
     """Turns the host's monotonic time into the device's and back. All in nanoseconds."""
 
     def __init__(self, monotonic: Clock = time.monotonic_ns, master: Clock = time.time_ns) -> None:

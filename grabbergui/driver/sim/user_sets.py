@@ -6,9 +6,9 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import File, FileState, UserSetSelector
 from grabbergui.driver.sim.file_store import FileStore
 from grabbergui.driver.sim.memory import (
-    Kind,
     Refusal,
     Register,
+    RegisterKind,
     RegisterMemory,
     RegisterRefusedError,
     RegisterValue,
@@ -85,7 +85,7 @@ def _decode_settings(content: bytes) -> dict[Register, RegisterValue]:
                 Refusal.INVALID_PARAMETER, f"the user set has no setting {name[:40]!r}"
             )
         try:
-            value = float(text) if register.kind is Kind.FLOAT64 else int(text)
+            value = float(text) if register.kind is RegisterKind.FLOAT64 else int(text)
         except ValueError as error:
             message = f"the user set's {name} is not a number: {text[:40]!r}"
             raise RegisterRefusedError(Refusal.INVALID_PARAMETER, message) from error

@@ -17,15 +17,15 @@ from typing_extensions import override
 
 from grabbergui.core.errors import DeviceStatusError, GrabberError
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Capability, ip_number
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, GvcpCapability, ip_number
 from grabbergui.driver.gige.gvcp import CommandCode, CommandHeader, Status
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.sim.camera_xml import zipped
 from grabbergui.driver.sim.gige import registers as gev
-from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing, Refused
+from grabbergui.driver.sim.gige.control import Address, ControlResponder, OutgoingDatagram, Refused
 from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.gige.server import GIGABIT, GigeCamera
-from grabbergui.driver.sim.gige.stream import Faults
+from grabbergui.driver.sim.gige.stream import GigeFaults
 from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.twin.model import TwinModel
@@ -106,11 +106,11 @@ class TwinOnWire(TwinModel):
         return super()._stamp(count) * self._ticks_per_second // gev.TICKS_PER_SECOND
 
 
-_TICKS = (bootstrap.Register.TICK_FREQUENCY_HIGH, bootstrap.Register.TICK_FREQUENCY_LOW)
+_TICKS = (bootstrap.BootstrapRegister.TICK_FREQUENCY_HIGH, bootstrap.BootstrapRegister.TICK_FREQUENCY_LOW)
 
 
 @dataclass
-class TwinControl(ControlChannel):
+class TwinControl(ControlResponder):
     """Answers commands with the memory of a twin."""
 
     twin: TwinOnWire = field(kw_only=True)
@@ -120,7 +120,9 @@ class TwinControl(ControlChannel):
     "Whether the original did not answer the present command."
 
     @override
-    def _execute(self, header: CommandHeader, payload: bytes, source: Address, now: float) -> list[Outgoing]:
+    def _execute(
+        self, header: CommandHeader, payload: bytes, source: Address, now: float
+    ) -> list[OutgoingDatagram]:
         self._silent = False
         outgoing = super()._execute(header, payload, source, now)
         if self._silent:
@@ -149,7 +151,7 @@ class TwinControl(ControlChannel):
 
     @override
     def _pass_resend(self, payload: bytes, flags: int) -> None:
-        if self.memory.integer(gev.GVCP_CAPABILITY) & Capability.PACKETRESEND:
+        if self.memory.integer(gev.GVCP_CAPABILITY) & GvcpCapability.PACKETRESEND:
             super()._pass_resend(payload, flags)
 
     @override
@@ -206,7 +208,7 @@ class TwinGigeCamera(GigeCamera):
         address: str,
         report: CameraReport,
         *,
-        faults: Faults | None = None,
+        faults: GigeFaults | None = None,
         bandwidth: float = GIGABIT,
         own_mac: bool = True,
     ) -> None:
@@ -292,7 +294,7 @@ class TwinGigeCamera(GigeCamera):
                 twin.write(place.address, text.encode()[: place.length - 1].ljust(place.length, b"\0"))
 
     @override
-    def _make_control(self, memory: RegisterMemory) -> ControlChannel:
+    def _make_control(self, memory: RegisterMemory) -> ControlResponder:
         assert self._twin is not None
         control = TwinControl(self.model, memory, self._deviations, twin=self._twin)
         if tests := self.report.stream.packet_tests:
@@ -304,7 +306,7 @@ def serve(
     addresses: Sequence[str],
     report: CameraReport,
     *,
-    faults: Faults | None = None,
+    faults: GigeFaults | None = None,
     bandwidth: float = GIGABIT,
     stop: threading.Event | None = None,
     ready: Callable[[str], None] = print,

@@ -14,7 +14,7 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
-from grabbergui.driver.twin.report_file import LONGEST_READ, RegisterAccess
+from grabbergui.driver.twin.report_file import LONGEST_READ, RecordedAccess
 
 _PAGE = 256
 "Bytes of memory that are allocated at once."
@@ -30,7 +30,7 @@ _KINDS: dict[str, type[GrabberError]] = {
 }
 
 
-def failure_of(access: RegisterAccess) -> GrabberError:
+def failure_of(access: RecordedAccess) -> GrabberError:
     """Return the error of a failed access, to be raised again."""
     kind = _KINDS.get(access.failure)
     if kind is not None:
@@ -46,12 +46,12 @@ def access_of(
     data: bytes | None = None,
     error: GrabberError | None = None,
     written: bool = False,
-) -> RegisterAccess:
+) -> RecordedAccess:
     """Return the record of an access."""
     failure = "" if error is None else type(error).__name__
     status = error.status if isinstance(error, DeviceStatusError) else 0
     message = "" if error is None else str(error)
-    return RegisterAccess(address, length, data, milliseconds, failure, status, message, written=written)
+    return RecordedAccess(address, length, data, milliseconds, failure, status, message, written=written)
 
 
 class TwinMemory:
@@ -62,16 +62,16 @@ class TwinMemory:
     with the same error. Everything may be written, except where a write was recorded as refused.
     """
 
-    def __init__(self, recorded: Iterable[RegisterAccess], later: Iterable[RegisterAccess] = ()) -> None:
+    def __init__(self, recorded: Iterable[RecordedAccess], later: Iterable[RecordedAccess] = ()) -> None:
         """`later`: reads and writes during a stream, in their order."""
         self.on_written: Callable[[int, bytes], None] = lambda address, data: None
         "Called after each write, without the lock."
         self._lock = threading.Lock()
         self._pages: dict[int, bytearray] = {}
-        self._exact: dict[tuple[int, int], RegisterAccess] = {}
-        self._refused: list[RegisterAccess] = []
+        self._exact: dict[tuple[int, int], RecordedAccess] = {}
+        self._refused: list[RecordedAccess] = []
         "Reads that failed."
-        self._refused_writes: dict[int, RegisterAccess] = {}
+        self._refused_writes: dict[int, RecordedAccess] = {}
         self._kept: set[int] = set()
         "Addresses at which a written value was read back."
         self._commands: set[tuple[int, bytes]] = set()
@@ -128,7 +128,7 @@ class TwinMemory:
         with self._lock:
             return self._load(address, length)
 
-    def _learn(self, later: Iterable[RegisterAccess]) -> None:
+    def _learn(self, later: Iterable[RecordedAccess]) -> None:
         written: dict[tuple[int, int], bytes] = {}
         for access in later:
             place = (access.address, access.length)

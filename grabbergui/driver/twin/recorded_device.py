@@ -14,7 +14,7 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.twin.memory import access_of, failure_of
-from grabbergui.driver.twin.report_file import MOST_ACCESSES, RegisterAccess
+from grabbergui.driver.twin.report_file import MOST_ACCESSES, RecordedAccess
 
 MOST_SILENCES = 4
 "Reads in a row that time out, from which on the camera counts as gone: hundreds of them would take hours."
@@ -33,9 +33,9 @@ class RecordedDevice(Device):
         self.device = device
         self.description_file = device.description_file
         self.chunk_layout, self.event_layout = device.chunk_layout, device.event_layout
-        self.reads: dict[tuple[int, int], RegisterAccess] = {}
+        self.reads: dict[tuple[int, int], RecordedAccess] = {}
         "The first read of each address and length."
-        self.accesses: list[RegisterAccess] = []
+        self.accesses: list[RecordedAccess] = []
         "Since `follow`."
         self.described = b""
         "The description, once it was read."
@@ -137,7 +137,7 @@ class RecordedDevice(Device):
             raise failure_of(known)
         return known.data[address - known.address :][:length]
 
-    def _covering(self, address: int, length: int) -> RegisterAccess | None:
+    def _covering(self, address: int, length: int) -> RecordedAccess | None:
         """Return a recorded read that contains this range."""
         return next(
             (

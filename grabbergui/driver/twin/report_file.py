@@ -53,7 +53,7 @@ _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 @dataclass(frozen=True)
-class RegisterAccess:
+class RecordedAccess:
     """One read or write of registers, with its outcome."""
 
     address: int
@@ -119,7 +119,7 @@ class StreamRecord:
     frames: tuple[FrameRecord, ...] = ()
     statistics: Mapping[str, Any] = field(default_factory=dict)
     packet_tests: tuple[PacketTest, ...] = ()
-    accesses: tuple[RegisterAccess, ...] = ()
+    accesses: tuple[RecordedAccess, ...] = ()
     "Reads and writes from the packet tests to the end of the stream, in their order."
     started: bool = False
 
@@ -137,8 +137,8 @@ class CameraReport:
     "Whether aligned words were read as numbers, by READREG, and are big-endian here whatever the memory is."
     description: bytes = b""
     "As the device's, unzipped; empty if it could not be read."
-    registers: tuple[RegisterAccess, ...] = ()
-    bootstrap: tuple[RegisterAccess, ...] = ()
+    registers: tuple[RecordedAccess, ...] = ()
+    bootstrap: tuple[RecordedAccess, ...] = ()
     "Registers with addresses in the transport's standard."
     stream: StreamRecord = field(default_factory=StreamRecord)
     features: tuple[Mapping[str, Any], ...] = ()
@@ -221,11 +221,11 @@ def _finite(content: Any) -> Any:
     return str(content)
 
 
-def _rows(accesses: tuple[RegisterAccess, ...]) -> list[dict[str, Any]]:
+def _rows(accesses: tuple[RecordedAccess, ...]) -> list[dict[str, Any]]:
     return [_row(access) for access in accesses]
 
 
-def _row(access: RegisterAccess) -> dict[str, Any]:
+def _row(access: RecordedAccess) -> dict[str, Any]:
     row: dict[str, Any] = {"address": f"0x{access.address:X}", "length": access.length}
     if access.name:
         row["name"] = access.name
@@ -343,14 +343,14 @@ def _list(content: Mapping[str, Any], name: str, most: int, read: Callable[[Any]
     return tuple(map(read, rows))
 
 
-def _access(row: Mapping[str, Any]) -> RegisterAccess:
+def _access(row: Mapping[str, Any]) -> RecordedAccess:
     data = bytes.fromhex(row["data"]) if "data" in row else None
     length = _whole(row["length"], LONGEST_READ)
     if data is not None and len(data) != length:
         raise UsageError(f"the register at {row['address']!r} has {len(data)} bytes instead of {length}")
     if data is None and not row.get("failure"):
         raise UsageError(f"the register at {row['address']!r} has neither data nor a failure")
-    return RegisterAccess(
+    return RecordedAccess(
         address=_whole(int(row["address"], 16), (1 << 64) - 1 - length),
         length=length,
         data=data,

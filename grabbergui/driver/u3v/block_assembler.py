@@ -30,7 +30,7 @@ BLOCKS_TO_TRUST = 8
 "Consecutive blocks that must follow the plan before requests are made ahead again."
 
 
-class Kind(Enum):
+class TransferKind(Enum):
     """Kind of transfer that a request expects."""
 
     LEADER = "leader"
@@ -61,10 +61,10 @@ class Block:
 
 
 @dataclass(eq=False)
-class Request:
+class TransferRequest:
     """One bulk transfer to submit."""
 
-    kind: Kind
+    kind: TransferKind
     block: Block
     view: NDArray[np.uint8]
     "Memory for the transfer; its length is a multiple of the packet size."
@@ -87,7 +87,7 @@ class BlockAssembler:
     broken: int = 0
     "Number of blocks that were begun and discarded."
     _followed: int = 0
-    _ahead: list[Request] = field(default_factory=list)
+    _ahead: list[TransferRequest] = field(default_factory=list)
     _block: Block | None = None
     _piece: int = 0
 
@@ -101,7 +101,7 @@ class BlockAssembler:
         """Size of a payload buffer in bytes: the last request may be longer than its transfer."""
         return round_up(self.plan.payload_space, self.packet_size) + self.packet_size
 
-    def next_request(self) -> Request:
+    def next_request(self) -> TransferRequest:
         """Return the next request after those returned before; when out of step, one at a time."""
         if not self.in_step:
             return self._request_one()
@@ -109,7 +109,7 @@ class BlockAssembler:
             self._ahead = self._requests_of_a_block()[::-1]
         return self._ahead.pop()
 
-    def put_back(self, request: Request) -> None:
+    def put_back(self, request: TransferRequest) -> None:
         """Undo the last `next_request`."""
         if self.in_step:
             self._ahead.append(request)
@@ -121,14 +121,14 @@ class BlockAssembler:
         self.in_step = False
         self._followed = 0
 
-    def complete(self, request: Request, length: int) -> Block | None:
+    def complete(self, request: TransferRequest, length: int) -> Block | None:
         """Process the first `length` bytes of a request; return the block that they complete, if any.
 
         Sets `in_step` to False if the request expected other data: the caller then cancels the requests in
         flight and calls `give_up`.
         """
         head = request.view[: min(length, 64)].tobytes()
-        if is_leader(head) and (request.kind is not Kind.PAYLOAD or self._is_successor(head)):
+        if is_leader(head) and (request.kind is not TransferKind.PAYLOAD or self._is_successor(head)):
             self._begin(request, head)
             return None
         block = self._block
@@ -137,9 +137,9 @@ class BlockAssembler:
             self._lose_step()
             return None
         # Pixels may look like a trailer; an early trailer has the id of its block, too.
-        if is_trailer(head) and (request.kind is not Kind.PAYLOAD or _closes(head, block)):
+        if is_trailer(head) and (request.kind is not TransferKind.PAYLOAD or _closes(head, block)):
             return self._end(request, head, block)
-        if request.kind is not Kind.PAYLOAD:
+        if request.kind is not TransferKind.PAYLOAD:
             self.ignored += 1
             self._drop_block()
             self._lose_step()
@@ -150,9 +150,9 @@ class BlockAssembler:
         block.gap = block.gap or length < request.size
         return None
 
-    def _begin(self, request: Request, head: bytes) -> None:
+    def _begin(self, request: TransferRequest, head: bytes) -> None:
         """Begin a block with a leader, which may have arrived in place of the previous block's end."""
-        expected = request.kind is Kind.LEADER
+        expected = request.kind is TransferKind.LEADER
         if self._block is not None:
             self._drop_block()
         try:
@@ -167,7 +167,7 @@ class BlockAssembler:
         if not expected:
             self._lose_step()
 
-    def _end(self, request: Request, head: bytes, block: Block) -> Block | None:
+    def _end(self, request: TransferRequest, head: bytes, block: Block) -> Block | None:
         assert block.leader is not None
         trailer = Trailer.decode(head, block.leader.payload_type)
         if trailer.block_id != block.leader.block_id:
@@ -178,7 +178,7 @@ class BlockAssembler:
             return None
         block.trailer = trailer
         self._block = None
-        if request.kind is Kind.TRAILER:
+        if request.kind is TransferKind.TRAILER:
             self._followed += 1
             self.in_step = self.in_step or self._followed >= BLOCKS_TO_TRUST
         else:
@@ -194,16 +194,16 @@ class BlockAssembler:
         before = self._block.leader if self._block else None
         return before is None or 0 < leader.block_id - before.block_id < 1 << 16
 
-    def _requests_of_a_block(self) -> list[Request]:
+    def _requests_of_a_block(self) -> list[TransferRequest]:
         block = self._new_block()
         payload = [self._payload_request(block, index) for index in range(len(self._sizes))]
         return [self._leader_request(block), *payload, self._trailer_request(block)]
 
-    def _request_one(self) -> Request:
+    def _request_one(self) -> TransferRequest:
         if self._block is None:
             # Any transfer must fit: it may be the payload of a block whose leader was lost.
             block = self._new_block()
-            return Request(Kind.LEADER, block, self._scratch[: self._longest()])
+            return TransferRequest(TransferKind.LEADER, block, self._scratch[: self._longest()])
         if self._piece < len(self._sizes):
             return self._payload_request(self._block, self._piece)
         return self._trailer_request(self._block)
@@ -212,18 +212,18 @@ class BlockAssembler:
         buffer = self.take_buffer()
         return Block(self._scratch if buffer is None else buffer, dropped=buffer is None)
 
-    def _leader_request(self, block: Block) -> Request:
-        return Request(Kind.LEADER, block, self._space(self.plan.leader_size))
+    def _leader_request(self, block: Block) -> TransferRequest:
+        return TransferRequest(TransferKind.LEADER, block, self._space(self.plan.leader_size))
 
-    def _trailer_request(self, block: Block) -> Request:
-        return Request(Kind.TRAILER, block, self._space(self.plan.trailer_size))
+    def _trailer_request(self, block: Block) -> TransferRequest:
+        return TransferRequest(TransferKind.TRAILER, block, self._space(self.plan.trailer_size))
 
-    def _payload_request(self, block: Block, index: int) -> Request:
+    def _payload_request(self, block: Block, index: int) -> TransferRequest:
         size, offset = self._sizes[index], self._offsets[index]
         # A transfer that is no multiple of the packet ends in a short one, so asking for more is harmless,
         # and a device that sends too much does not overflow the request.
         view = block.buffer[offset : offset + round_up(size, self.packet_size)]
-        return Request(Kind.PAYLOAD, block, view, size)
+        return TransferRequest(TransferKind.PAYLOAD, block, view, size)
 
     def _longest(self) -> int:
         sizes = (*self._sizes, self.plan.leader_size, self.plan.trailer_size)

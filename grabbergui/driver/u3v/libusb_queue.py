@@ -17,9 +17,9 @@ import usb.backend.libusb1
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
-from grabbergui.driver.u3v.block_assembler import Request
+from grabbergui.driver.u3v.block_assembler import TransferRequest
 from grabbergui.driver.u3v.enumeration import UsbCamera
-from grabbergui.driver.u3v.transfer_queue import Completion, Outcome, SynchronousQueue, TransferQueue
+from grabbergui.driver.u3v.transfer_queue import Completion, SynchronousQueue, TransferOutcome, TransferQueue
 from grabbergui.driver.u3v.usb import BulkInterface, UsbHandle, permission_denied
 
 log = logging.getLogger(__name__)
@@ -52,7 +52,7 @@ class LibusbQueue(TransferQueue):
         self._stream = stream
         self._prepared: dict[tuple[int, int], Any] = {}
         "Idle transfers by the address and length of their memory."
-        self._in_flight: deque[tuple[Any, Request, tuple[int, int]]] = deque()
+        self._in_flight: deque[tuple[Any, TransferRequest, tuple[int, int]]] = deque()
         "Transfers in order, with the address and length of their memory."
         self._finished: set[Any] = set()
         usb1.loadLibrary(ctypes.CDLL(library))
@@ -68,7 +68,7 @@ class LibusbQueue(TransferQueue):
             self._context.close()
             raise
 
-    def submit(self, request: Request) -> bool:
+    def submit(self, request: TransferRequest) -> bool:
         """Queue a request; False where the kernel's memory for USB is used up."""
         place = _place(request.view)
         transfer = self._transfer(request, place)
@@ -104,7 +104,9 @@ class LibusbQueue(TransferQueue):
         if status == usb1.TRANSFER_COMPLETED:
             return Completion(request, length)
         return Completion(
-            request, length, Outcome.HALTED if status == usb1.TRANSFER_STALL else Outcome.FAILED
+            request,
+            length,
+            TransferOutcome.HALTED if status == usb1.TRANSFER_STALL else TransferOutcome.FAILED,
         )
 
     def cancel(self) -> None:
@@ -153,7 +155,7 @@ class LibusbQueue(TransferQueue):
         self._context.close()
         self._context = None
 
-    def _transfer(self, request: Request, place: tuple[int, int]) -> Any:
+    def _transfer(self, request: TransferRequest, place: tuple[int, int]) -> Any:
         """Return a transfer into the request's memory, an idle one if that memory was used before.
 
         Setting up a transfer takes half of the time that python-libusb1 spends on it.

@@ -28,7 +28,7 @@ LARGEST_LEADER = 1 << 20
 "Bytes of a leader or trailer, likewise."
 
 
-class PayloadType(IntEnum):
+class U3vPayloadType(IntEnum):
     """Payload type of a block; bit 14 marks chunk data."""
 
     IMAGE = 0x0001
@@ -38,7 +38,7 @@ class PayloadType(IntEnum):
     IMAGE_EXTENDED_CHUNK = 0x4001
 
 
-_WITH_GEOMETRY = (PayloadType.IMAGE, PayloadType.IMAGE_EXTENDED_CHUNK)
+_WITH_GEOMETRY = (U3vPayloadType.IMAGE, U3vPayloadType.IMAGE_EXTENDED_CHUNK)
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Leader:
 
     block_id: int
     payload_type: int
-    "A `PayloadType`, or an unknown number."
+    "A `U3vPayloadType`, or an unknown number."
     timestamp: int
     "Nanoseconds of the device's clock."
     pixel_format: int = 0
@@ -113,8 +113,8 @@ class Trailer:
 
     def encode(self, payload_type: int, size: int = 0) -> bytes:
         """Return the trailer of a block of this type, padded with zeros to `size`."""
-        fields = [self.chunk_layout_id] if payload_type == PayloadType.CHUNK else [self.size_y or 0]
-        if payload_type == PayloadType.IMAGE_EXTENDED_CHUNK:
+        fields = [self.chunk_layout_id] if payload_type == U3vPayloadType.CHUNK else [self.size_y or 0]
+        if payload_type == U3vPayloadType.IMAGE_EXTENDED_CHUNK:
             fields.append(self.chunk_layout_id)
         length = SMALLEST_TRAILER + 4 * len(fields)
         head = self.GENERIC.pack(
@@ -131,9 +131,9 @@ class Trailer:
         if prefix != TRAILER_PREFIX:
             raise RemoteProtocolError(f"trailer begins with 0x{prefix:08X}, not 0x{TRAILER_PREFIX:08X}")
         rest = [int.from_bytes(data[at : at + 4], "little") for at in (28, 32) if len(data) >= at + 4]
-        if payload_type == PayloadType.CHUNK:
+        if payload_type == U3vPayloadType.CHUNK:
             return cls(block_id, status, valid, None, rest[0] if rest else 0)
-        has_layout = payload_type == PayloadType.IMAGE_EXTENDED_CHUNK and len(rest) == 2
+        has_layout = payload_type == U3vPayloadType.IMAGE_EXTENDED_CHUNK and len(rest) == 2
         return cls(block_id, status, valid, rest[0] if rest else None, rest[1] if has_layout else 0)
 
 

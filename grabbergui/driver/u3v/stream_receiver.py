@@ -19,9 +19,8 @@ from grabbergui.driver.device import FrameCounter
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
 from grabbergui.driver.u3v.device_clock import DeviceClock
-from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan
-from grabbergui.driver.u3v.stream_protocol import PayloadType as U3vPayloadType
-from grabbergui.driver.u3v.transfer_queue import Outcome, TransferQueue
+from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan, U3vPayloadType
+from grabbergui.driver.u3v.transfer_queue import TransferOutcome, TransferQueue
 from grabbergui.driver.u3v.watcher import ERRORS_IN_A_ROW
 
 log = logging.getLogger(__name__)
@@ -107,7 +106,7 @@ class StreamReceiver:
         completion = self._queue.wait(STREAM_WAIT)
         if completion is None:
             return
-        if completion.outcome is not Outcome.DONE:
+        if completion.outcome is not TransferOutcome.DONE:
             self._recover(completion.outcome)
             return
         self._errors = 0
@@ -122,7 +121,7 @@ class StreamReceiver:
         if block is not None:
             self._finish(block)
 
-    def _recover(self, outcome: Outcome) -> None:
+    def _recover(self, outcome: TransferOutcome) -> None:
         """Restart after a stall or a bus error."""
         self._errors += 1
         self._counter.counts.packets_missing += 1

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from enum import Enum
 
 from grabbergui.core.errors import DeviceLostError, TransportError
-from grabbergui.driver.u3v.block_assembler import Request
+from grabbergui.driver.u3v.block_assembler import TransferRequest
 from grabbergui.driver.u3v.usb import BulkInterface, EndpointHaltedError, UsbHandle, UsbTimeoutError
 
 log = logging.getLogger(__name__)
 
 
-class Outcome(Enum):
+class TransferOutcome(Enum):
     """Result of a transfer."""
 
     DONE = "done"
@@ -33,10 +33,10 @@ class Outcome(Enum):
 class Completion:
     """A finished request."""
 
-    request: Request
+    request: TransferRequest
     length: int
     "Bytes received."
-    outcome: Outcome = Outcome.DONE
+    outcome: TransferOutcome = TransferOutcome.DONE
 
 
 class TransferQueue(ABC):
@@ -51,7 +51,7 @@ class TransferQueue(ABC):
         self.held_bytes = 0
 
     @abstractmethod
-    def submit(self, request: Request) -> bool:
+    def submit(self, request: TransferRequest) -> bool:
         """Queue a request; return False if the system has no room and the caller must wait.
 
         Raises DeviceLostError, TransportError.
@@ -77,7 +77,7 @@ class TransferQueue(ABC):
     def close(self) -> None:
         """Cancel and release everything. May be called twice; never raises."""
 
-    def _count(self, request: Request, sign: int) -> None:
+    def _count(self, request: TransferRequest, sign: int) -> None:
         self.held += sign
         self.held_bytes += sign * len(request.view)
 
@@ -93,9 +93,9 @@ class SynchronousQueue(TransferQueue):
         handle.claim(stream.number)
         self._handle = handle
         self._stream = stream
-        self._requests: deque[Request] = deque()
+        self._requests: deque[TransferRequest] = deque()
 
-    def submit(self, request: Request) -> bool:
+    def submit(self, request: TransferRequest) -> bool:
         """Keep the request until `wait`."""
         self._requests.append(request)
         self._count(request, 1)
@@ -104,7 +104,7 @@ class SynchronousQueue(TransferQueue):
     def wait(self, timeout: float) -> Completion | None:
         """Read the oldest request now."""
         request = self._requests[0]
-        outcome, length = Outcome.DONE, 0
+        outcome, length = TransferOutcome.DONE, 0
         try:
             length = self._handle.read_whole(
                 self._stream.endpoint_in, self._stream.number, request.view, timeout
@@ -112,12 +112,12 @@ class SynchronousQueue(TransferQueue):
         except UsbTimeoutError:
             return None
         except EndpointHaltedError:
-            outcome = Outcome.HALTED
+            outcome = TransferOutcome.HALTED
         except DeviceLostError:
             raise
         except TransportError as error:
             log.debug("stream transfer: %s", error)
-            outcome = Outcome.FAILED
+            outcome = TransferOutcome.FAILED
         self._requests.popleft()
         self._count(request, -1)
         return Completion(request, length, outcome)

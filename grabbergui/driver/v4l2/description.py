@@ -2,7 +2,7 @@
 
 Controls that exist in SFNC get its names and units (`exposure_time_absolute` in 100 µs becomes ExposureTime
 in µs, its automatic mode ExposureAuto); others keep their own names in CamelCase. Registers have eight bytes,
-little-endian; `REGISTERS` has the fixed ones, `Layout.controls` those of controls.
+little-endian; `REGISTERS` has the fixed ones, `WebcamDescription.controls` those of controls.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ CATEGORIES = (
 
 
 @dataclass(frozen=True)
-class Layout:
+class WebcamDescription:
     """A device's description, and the registers of its controls."""
 
     xml: bytes
@@ -121,7 +121,9 @@ class Layout:
     "By the address of the value; the lock is eight bytes further."
 
 
-def describe(model: str, fourccs: Sequence[str], sizes: FrameSizes, controls: Sequence[Control]) -> Layout:
+def describe(
+    model: str, fourccs: Sequence[str], sizes: FrameSizes, controls: Sequence[Control]
+) -> WebcamDescription:
     """Make the description; `sizes` are those of the current pixel format."""
     writer = _Writer()
     writer.device()
@@ -130,7 +132,7 @@ def describe(model: str, fourccs: Sequence[str], sizes: FrameSizes, controls: Se
     placed = {FIRST_CONTROL + CONTROL_BYTES * index: control for index, control in enumerate(controls)}
     for address, control in placed.items():
         writer.control(address, control)
-    return Layout(writer.document(model), placed)
+    return WebcamDescription(writer.document(model), placed)
 
 
 def resolution_value(width: int, height: int) -> int:

@@ -36,7 +36,14 @@ from grabbergui.core.uri import NoOptions, SourceUri, read_options
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, FrameCounter, StreamRequest, deliver_or_log
 from grabbergui.driver.v4l2 import description as layout
-from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
+from grabbergui.driver.v4l2.description import (
+    COMPRESSED,
+    PFNC_NAMES,
+    REGISTERS,
+    TEXT_BYTES,
+    TEXTS,
+    WebcamDescription,
+)
 from grabbergui.driver.v4l2.finding import find
 from grabbergui.driver.v4l2.video import ControlKind, CurrentFormat, Filled, FrameSizes, VideoDevice
 
@@ -68,7 +75,7 @@ class V4l2Device(Device):
         self._name = name
         self._opener = opener
         self._video: VideoDevice | None = None
-        self._layout = Layout(b"")
+        self._layout = WebcamDescription(b"")
         self._known: DeviceInfo | None = None
         self._locked = 0
 

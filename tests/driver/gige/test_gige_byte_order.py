@@ -21,7 +21,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis import library
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import quirks
-from grabbergui.driver.gige.bootstrap import Capability
+from grabbergui.driver.gige.bootstrap import GvcpCapability
 from grabbergui.driver.gige.device import GigeDevice, create
 from grabbergui.driver.gige.identity import Identity, identity_of
 from grabbergui.driver.gige.quirks import DescriptionTraits, Quirk
@@ -40,9 +40,9 @@ ORDERS = {
     "little-endian, declared big-endian": Deviations(little_endian=True, declared_big_endian=True),
 }
 WITHOUT_WRITEMEM = {
-    "big-endian": Deviations(absent=Capability.WRITEMEM),
-    "little-endian": Deviations(little_endian=True, absent=Capability.WRITEMEM),
-    "little-endian, schema 1.0": Deviations(little_endian=True, schema=0, absent=Capability.WRITEMEM),
+    "big-endian": Deviations(absent=GvcpCapability.WRITEMEM),
+    "little-endian": Deviations(little_endian=True, absent=GvcpCapability.WRITEMEM),
+    "little-endian, schema 1.0": Deviations(little_endian=True, schema=0, absent=GvcpCapability.WRITEMEM),
 }
 EXPOSURE = 12345.5
 "An eight-byte float; it cannot be right where a wrong order is declared for it."

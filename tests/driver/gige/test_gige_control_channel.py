@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
-from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, ReadReg, Request, Status, WriteReg
 from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
-READ = ReadReg((Register.CCP,))
+READ = ReadReg((BootstrapRegister.CCP,))
 WRITE = WriteReg(((0x20030, 1),))
 
 
@@ -353,7 +353,8 @@ def test_lost_privilege_matters_to_a_controller_only(controlling: bool, lost: bo
 
 
 @pytest.mark.parametrize(
-    "privilege, ours", [(0, False), (Control.EXCLUSIVE, True), (Control.CONTROL, True), (4, False)]
+    "privilege, ours",
+    [(0, False), (ControlPrivilege.EXCLUSIVE, True), (ControlPrivilege.CONTROL, True), (4, False)],
 )
 def test_exclusive_control_is_control_and_readiness_to_hand_it_over_is_none(
     privilege: int, ours: bool
@@ -366,7 +367,7 @@ def test_control_in_other_hands_is_loss_although_somebody_has_it() -> None:
     ours, theirs = (5000, 0xC0A80001), (6000, 0xC0A80002)
 
     def answer(now: float, data: bytes) -> bytes:
-        return ack_of(data, struct.pack(">III", Control.CONTROL, *(ours if now < 2.0 else theirs)))
+        return ack_of(data, struct.pack(">III", ControlPrivilege.CONTROL, *(ours if now < 2.0 else theirs)))
 
     driven = Driven(holder=ours).run(5.0, answer)
     assert driven.heartbeat.lost == "another application, at 192.168.0.2, took control of the camera"

@@ -18,7 +18,7 @@ from grabbergui.core.errors import (
     GrabberError,
 )
 from grabbergui.driver.gige import gvcp, privilege
-from grabbergui.driver.gige.bootstrap import Capability, Control, Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege, GvcpCapability
 from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device_memory import DeviceMemory
@@ -38,7 +38,7 @@ class ScriptedCamera:
         self.answers: Callable[[int], bool] = lambda address: True
         self.postpones: Callable[[int], bool] = lambda address: False
         "Whether to ask for more time and do nothing."
-        self.privilege: int = Control.CONTROL
+        self.privilege: int = ControlPrivilege.CONTROL
         "What every register reads as."
         self.reads: list[int] = []
         "Addresses of all commands in the order in which they came."
@@ -68,7 +68,7 @@ class ScriptedCamera:
                 self._socket.sendto(Ack(0, header.command + 1, header.req_id, value).encode(), client)
 
     def beats(self) -> int:
-        return self.reads.count(Register.CCP)
+        return self.reads.count(BootstrapRegister.CCP)
 
 
 @pytest.fixture
@@ -89,16 +89,16 @@ def test_commands_go_on_between_two_beats(camera: ScriptedCamera, link: ControlL
     until(camera.beats, "the first beat")
     while camera.beats() < 3:
         link.read_register(FEATURE)
-    first, *others = (at for at, address in enumerate(camera.reads) if address == Register.CCP)
+    first, *others = (at for at, address in enumerate(camera.reads) if address == BootstrapRegister.CCP)
     assert others[-1] - first > 10
 
 
 def test_a_beat_without_an_answer_does_not_delay_commands(camera: ScriptedCamera, link: ControlLink) -> None:
-    camera.answers = lambda address: address != Register.CCP
+    camera.answers = lambda address: address != BootstrapRegister.CCP
     link.start_heartbeat(Pulse(period=0.01, timing=PATIENT), controlling=True)
     until(camera.beats, "the first beat")
     for _ in range(20):
-        assert link.read_register(FEATURE) == Control.CONTROL
+        assert link.read_register(FEATURE) == ControlPrivilege.CONTROL
     assert camera.beats() == 1
 
 
@@ -167,7 +167,9 @@ def test_loss_ends_a_command_that_waits(camera: ScriptedCamera, link: ControlLin
         link.read_register(FEATURE)
 
 
-@pytest.mark.parametrize(("privilege", "error"), [(0, DeviceLostError), (Control.CONTROL, AccessDeniedError)])
+@pytest.mark.parametrize(
+    ("privilege", "error"), [(0, DeviceLostError), (ControlPrivilege.CONTROL, AccessDeniedError)]
+)
 def test_a_write_without_an_answer_asks_who_is_in_control(
     camera: ScriptedCamera, privilege: int, error: type[Exception]
 ) -> None:
@@ -204,13 +206,13 @@ def test_a_write_that_is_only_put_off_says_so(camera: ScriptedCamera) -> None:
 def test_control_that_is_only_put_off_is_not_blamed_on_another_application(camera: ScriptedCamera) -> None:
     """Before, this took twice as long, and asked to close another program."""
     camera.privilege = 0
-    camera.postpones = lambda address: address == Register.CCP and camera.beats() > 1
+    camera.postpones = lambda address: address == BootstrapRegister.CCP and camera.beats() > 1
     timing = ControlTiming(ack_timeout=PATIENCE, tries=1, pending_limit=0.1)
     with (
         closing(ControlLink(camera.ip, camera.port, timing)) as link,
         pytest.raises(AckTimeoutError, match="the camera had asked for more time"),
     ):
-        privilege.take(link, "the camera", Capability(0))
+        privilege.take(link, "the camera", GvcpCapability(0))
 
 
 @pytest.mark.parametrize("fault", [AckTimeoutError("silent"), DeviceStatusError("refused", 0x8003)])
@@ -232,8 +234,8 @@ def test_late_acknowledges_are_switched_on_though_the_first_try_fails(fault: Gra
             return b""
 
     memory = DeviceMemory(link := Link())  # type: ignore[arg-type]
-    memory.capability, memory.writable = Capability.PENDING_ACK | Capability.WRITEMEM, True
-    switch, write = WriteReg(((Register.GVCP_CONFIGURATION, 2),)), WriteMem(FEATURE, bytes(4))
+    memory.capability, memory.writable = GvcpCapability.PENDING_ACK | GvcpCapability.WRITEMEM, True
+    switch, write = WriteReg(((BootstrapRegister.GVCP_CONFIGURATION, 2),)), WriteMem(FEATURE, bytes(4))
     with suppress(AckTimeoutError):
         memory.write(FEATURE, bytes(4))
     memory.write(FEATURE, bytes(4))

@@ -13,7 +13,7 @@ from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, DeviceLos
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import control_link, privilege
-from grabbergui.driver.gige.bootstrap import Capability, Control, Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege, GvcpCapability
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
@@ -31,11 +31,11 @@ def test_another_program_in_control_is_noticed_and_named() -> None:
         camera.connection_changed.connect(lambda state, why: states.put((state, why)))
         with closing(camera), closing(ControlLink(simulated.address)) as other:
             simulated.control.release()  # as when our heartbeat did not get through for three seconds
-            other.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
+            other.execute(WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL),)))
             state, why = states.get(timeout=PATIENCE)
             assert state is ConnectionState.LOST
             assert why.startswith(("another application, at 127.0.0.1", "the camera took our control back"))
-            other.execute(WriteReg(((Register.CCP, 0),)))
+            other.execute(WriteReg(((BootstrapRegister.CCP, 0),)))
             state, _ = states.get(timeout=PATIENCE)
             assert state is ConnectionState.OPEN, "it is ours again when the other leaves"
 
@@ -53,12 +53,12 @@ def test_a_refused_write_notices_that_control_is_gone(monkeypatch: pytest.Monkey
         with closing(camera), closing(ControlLink(simulated.address)) as other:
             simulated.control.release()
             if taken:
-                other.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
+                other.execute(WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL),)))
             with pytest.raises(DeviceLostError, match="took control" if taken else "has restarted"):
                 camera.write_feature("ExposureTime", 1600.0)
             assert states.get(timeout=PATIENCE) is ConnectionState.LOST
             if taken:
-                other.execute(WriteReg(((Register.CCP, 0),)))
+                other.execute(WriteReg(((BootstrapRegister.CCP, 0),)))
             assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
             assert camera.feature("ExposureTime").value == 1500.0
 
@@ -67,7 +67,7 @@ def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.Monk
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.2")) as simulated:
         device = GigeDevice(simulated.address)
 
-        def refuse(link: ControlLink, capability: Capability) -> None:
+        def refuse(link: ControlLink, capability: GvcpCapability) -> None:
             assert simulated.control.controlled
             raise AckTimeoutError("no answer")
 
@@ -83,7 +83,9 @@ def test_control_whose_grant_was_lost_on_the_way_is_given_back(monkeypatch: pyte
 
     def lose_grant(link: ControlLink, request: Request, timing: ControlTiming | None = None) -> bytes:
         answer = execute(link, request, timing)
-        if isinstance(request, WriteReg) and request.writes == ((Register.CCP, Control.CONTROL),):
+        if isinstance(request, WriteReg) and request.writes == (
+            (BootstrapRegister.CCP, ControlPrivilege.CONTROL),
+        ):
             assert simulated.control.controlled
             raise AckTimeoutError("no answer")
         return answer
@@ -197,12 +199,14 @@ def test_control_is_not_taken_from_one_who_does_not_offer_it() -> None:
         closing(ControlLink(address)) as holder,
         closing(Camera(GigeDevice(address))) as camera,
     ):
-        holder.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
+        holder.execute(WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL),)))
         with pytest.raises(AccessDeniedError, match="this program controls"):
             camera.open(Access.TAKE_OVER)
-        holder.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, 0x1234),)))
-        holder.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
+        holder.execute(WriteReg(((BootstrapRegister.CONTROL_SWITCHOVER_KEY, 0x1234),)))
+        holder.execute(
+            WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL | ControlPrivilege.SWITCHOVER),))
+        )
         with pytest.raises(AccessDeniedError, match="this program controls"):
             camera.open(Access.TAKE_OVER)
-        holder.execute(WriteReg(((Register.CCP, 0),)))
+        holder.execute(WriteReg(((BootstrapRegister.CCP, 0),)))
         camera.open(Access.TAKE_OVER)

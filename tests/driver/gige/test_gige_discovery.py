@@ -18,7 +18,7 @@ from grabbergui.core.errors import DeviceStatusError, TransportError, UsageError
 from grabbergui.core.grabber import Access
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import device, discovery
-from grabbergui.driver.gige.bootstrap import Capability, PacketSizeFlag, StreamChannel
+from grabbergui.driver.gige.bootstrap import GvcpCapability, PacketSizeFlag, StreamChannel
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.discovery import FoundDevice, discover
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
@@ -266,7 +266,7 @@ def wired(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[GigeCamera, GigeDev
     address = f"127.90.{os.getpid() % 250 + 1}.1"
     with closing(GigeCamera(address)) as camera, closing(GigeDevice(address)) as device:
         capability = gev.GVCP_CAPABILITY
-        camera.control.memory.set(capability, int(capability.default) & ~Capability.TEST_DATA)
+        camera.control.memory.set(capability, int(capability.default) & ~GvcpCapability.TEST_DATA)
         device.open(Access.CONTROL)
         yield camera, device
 

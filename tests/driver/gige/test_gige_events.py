@@ -21,7 +21,7 @@ from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
-from grabbergui.driver.gige.bootstrap import Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import KEY, Ack, CommandCode, CommandHeader, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
@@ -121,8 +121,8 @@ def test_only_the_device_is_heard() -> None:
         Interface("lo", "127.0.0.1", loopback=True),
         lambda event_id, message: heard.put(event_id),
     )
-    port = registers.written[Register.MCP]
-    assert registers.written[Register.MCDA] == 0x7F000001 and port == channel.port
+    port = registers.written[BootstrapRegister.MCP]
+    assert registers.written[BootstrapRegister.MCDA] == 0x7F000001 and port == channel.port
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as stranger:
         stranger.sendto(Event(0x9999).encode(1), ("127.0.0.1", port))
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as device:
@@ -133,7 +133,7 @@ def test_only_the_device_is_heard() -> None:
     assert heard.get(timeout=PATIENCE) == 0x9001 and heard.empty()
     assert channel.inbox.ignored == 1
     channel.close()
-    assert registers.written[Register.MCP] == 0
+    assert registers.written[BootstrapRegister.MCP] == 0
 
 
 # -- delivery ----------------------------------------------------------------------------------------
@@ -208,10 +208,10 @@ def test_opening_a_message_channel_waits_for_an_event_to_be_wanted(
     camera.open()
     with closing(camera):
         camera.start()
-        assert simulated.control.memory.read(Register.MCP, 4) == bytes(4)
+        assert simulated.control.memory.read(BootstrapRegister.MCP, 4) == bytes(4)
         camera.write_feature("EventNotification", "On")
-        assert simulated.control.memory.read(Register.MCP, 4) != bytes(4)
-    assert simulated.control.memory.read(Register.MCP, 4) == bytes(4)
+        assert simulated.control.memory.read(BootstrapRegister.MCP, 4) != bytes(4)
+    assert simulated.control.memory.read(BootstrapRegister.MCP, 4) == bytes(4)
 
 
 def test_an_event_that_was_left_switched_on_is_heard(simulate: Callable[..., GigeCamera]) -> None:

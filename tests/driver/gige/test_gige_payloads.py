@@ -22,10 +22,10 @@ from grabbergui.driver import gendc
 from grabbergui.driver.gige.gvsp import (
     GendcPosition,
     Leader,
-    Part,
     PartPosition,
     PartType,
     PayloadKind,
+    PayloadPart,
     Trailer,
 )
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
@@ -34,9 +34,9 @@ from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import FILE_NAME, range_image
 from grabbergui.driver.sim.enumerations import TestPattern
-from grabbergui.driver.sim.gige.packets import Block
+from grabbergui.driver.sim.gige.packets import FramePackets
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import Faults
+from grabbergui.driver.sim.gige.stream import GigeFaults
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.settings import settings_of
 from patience import PATIENCE
@@ -50,7 +50,7 @@ SMALL = {
     reg.EXPOSURE_TIME: 1000.0,
     reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP),
 }
-LOSSES = [Faults(), Faults(loss=0.08, reorder=True, duplicate=True)]
+LOSSES = [GigeFaults(), GigeFaults(loss=0.08, reorder=True, duplicate=True)]
 _numbers = itertools.count(1)
 
 
@@ -60,7 +60,7 @@ def stage() -> Iterator[ExitStack]:
         yield stack
 
 
-def receive(stage: ExitStack, faults: Faults, count: int = 4, **features: object) -> list[Frame]:
+def receive(stage: ExitStack, faults: GigeFaults, count: int = 4, **features: object) -> list[Frame]:
     """Return the first complete frames of a camera with these features; `Range=True` enables a component."""
     address = f"127.21.{os.getpid() % 250 + 1}.{next(_numbers)}"
     stage.enter_context(closing(GigeCamera(address, power_on=SMALL, faults=faults)))
@@ -84,7 +84,7 @@ def receive(stage: ExitStack, faults: Faults, count: int = 4, **features: object
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
-def test_images_with_the_height_in_the_trailer(stage: ExitStack, faults: Faults) -> None:
+def test_images_with_the_height_in_the_trailer(stage: ExitStack, faults: GigeFaults) -> None:
     for frame in receive(stage, replace(faults, height_in_trailer=True)):
         assert (frame.width, frame.height) == (WIDTH, HEIGHT)
         assert np.array_equal(frame.raw(), RAMP)
@@ -92,7 +92,7 @@ def test_images_with_the_height_in_the_trailer(stage: ExitStack, faults: Faults)
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
 @pytest.mark.parametrize("kind", ["RawData", "File"])
-def test_raw_data_and_files(stage: ExitStack, faults: Faults, kind: str) -> None:
+def test_raw_data_and_files(stage: ExitStack, faults: GigeFaults, kind: str) -> None:
     for frame in receive(stage, faults, PayloadType=kind):
         assert frame.payload_type is (PayloadType.FILE if kind == "File" else PayloadType.RAW_DATA)
         assert frame.payload.tobytes() == RAMP.tobytes()
@@ -103,7 +103,7 @@ def test_raw_data_and_files(stage: ExitStack, faults: Faults, kind: str) -> None
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
-def test_chunks_without_an_image_are_received(stage: ExitStack, faults: Faults) -> None:
+def test_chunks_without_an_image_are_received(stage: ExitStack, faults: GigeFaults) -> None:
     for frame in receive(stage, faults, 30, ChunkModeActive=True, PayloadType="ChunkOnly"):
         assert frame.payload_type is PayloadType.CHUNK
         assert frame.chunks["ChunkFrameID"] == frame.frame_id
@@ -114,7 +114,7 @@ def test_chunks_without_an_image_are_received(stage: ExitStack, faults: Faults) 
 @pytest.mark.parametrize("pixel_format", ["Mono8", "RGB8"])
 @pytest.mark.parametrize("kind", [PayloadType.JPEG, PayloadType.JPEG2000])
 def test_compressed_images_are_decoded_to_what_was_sent(
-    stage: ExitStack, faults: Faults, kind: PayloadType, pixel_format: str
+    stage: ExitStack, faults: GigeFaults, kind: PayloadType, pixel_format: str
 ) -> None:
     features = {"PixelFormat": pixel_format, "ImageCompressionMode": kind.name, "ChunkModeActive": True}
     for frame in receive(stage, faults, 30, **features):
@@ -128,7 +128,7 @@ def test_compressed_images_are_decoded_to_what_was_sent(
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
-def test_h264_as_pyav_decodes_it(stage: ExitStack, faults: Faults) -> None:
+def test_h264_as_pyav_decodes_it(stage: ExitStack, faults: GigeFaults) -> None:
     frames = receive(stage, faults, 16, ImageCompressionMode="H264")
     peer = av.CodecContext.create("h264", "r")
     decoded = [image for frame in frames for image in peer.decode(av.Packet(frame.parts[0].data.tobytes()))]
@@ -146,7 +146,7 @@ def test_h264_as_pyav_decodes_it(stage: ExitStack, faults: Faults) -> None:
 @pytest.mark.parametrize("ids", ["Off", "On"], ids=["16-bit", "64-bit"])
 @pytest.mark.parametrize("kind", [PayloadType.MULTI_PART, PayloadType.GENDC])
 def test_every_component_of_a_frame_is_received(
-    stage: ExitStack, faults: Faults, kind: PayloadType, ids: str, chunks: bool
+    stage: ExitStack, faults: GigeFaults, kind: PayloadType, ids: str, chunks: bool
 ) -> None:
     features: dict[str, object] = {"GevGVSPExtendedIDMode": ids}
     features |= {"Range": True, "Confidence": True, "ChunkModeActive": chunks}
@@ -169,7 +169,7 @@ def test_every_component_of_a_frame_is_received(
 
 def test_a_container_as_gendc_python_reads_it(stage: ExitStack) -> None:
     peer = pytest.importorskip("gendc_python.gendc_separator.descriptor", reason="gendc-python is missing")
-    (frame,) = receive(stage, Faults(), 1, GenDCStreamingMode="On", Range=True, Confidence=True)
+    (frame,) = receive(stage, GigeFaults(), 1, GenDCStreamingMode="On", Range=True, Confidence=True)
     intensity = frame.components[0]
     base = intensity.data.base
     while getattr(base, "base", None) is not None and isinstance(base.base, np.ndarray):
@@ -211,7 +211,7 @@ def test_a_container_of_an_unknown_version_is_refused_and_asks_for_no_resends(
 
 def test_parts_whose_positions_count_from_their_own_start() -> None:
     """Cameras differ; the standard can be read either way."""
-    parts = tuple(Part(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
+    parts = tuple(PayloadPart(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
     leader = Leader(PayloadKind.MULTI_PART, 5, parts=parts).encode()
     memory = np.zeros(400, np.uint8)
     assembler = BlockAssembler(200, len(memory), lambda: memory)
@@ -229,7 +229,7 @@ def test_parts_whose_positions_count_from_their_own_start() -> None:
 
 
 def test_a_lost_piece_of_a_part_is_zero_and_counted() -> None:
-    parts = tuple(Part(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
+    parts = tuple(PayloadPart(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
     leader = Leader(PayloadKind.MULTI_PART, 5, parts=parts).encode()
     memory = np.full(400, 9, np.uint8)
     assembler = BlockAssembler(200, len(memory), lambda: memory, deliver_incomplete=True)
@@ -284,7 +284,7 @@ def test_the_leaders_header_counts_the_parts() -> None:
     model.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
     plan = model.next_frame(PATIENCE)
     assert plan is not None
-    block = Block(plan, np.zeros(plan.payload_bytes, np.uint8), 1500, extended=True)
+    block = FramePackets(plan, np.zeros(plan.payload_bytes, np.uint8), 1500, extended=True)
     header = PacketHeader.decode(block.leader())
     assert (header.parts, len(Leader.decode(block.leader()[header.size :]).parts)) == (3, 3)
 
@@ -302,10 +302,10 @@ def test_data_of_a_container_in_other_flows_than_0(flows: tuple[int, int, int], 
         offsets.append(used.get(flow, 0))
         used[flow] = offsets[-1] + size
     parts = [
-        gendc.Part(gendc.HeaderType.IMAGE_2D, 0x01080001, size, start, size, 1, 0, 0, flow, offset)
+        gendc.PartHeader(gendc.HeaderType.IMAGE_2D, 0x01080001, size, start, size, 1, 0, 0, flow, offset)
         for size, start, flow, offset in zip(sizes, starts, flows[1:], offsets, strict=True)
     ]
-    components = tuple(gendc.Component(1, 0x01080001, (part,)) for part in parts)
+    components = tuple(gendc.ComponentHeader(1, 0x01080001, (part,)) for part in parts)
     head = gendc.Container(components, 7, sum(sizes), begin, begin).encode()
     whole = head + bytes(range(250)) * 2
     pieces = [(flows[0], at, at, min(at + 184, begin)) for at in range(0, begin, 184)]

@@ -22,7 +22,7 @@ from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.grabber import Access
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.gige.bootstrap import Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions, create, discover
 from grabbergui.driver.gige.gvcp import Status
@@ -178,10 +178,10 @@ def test_control_outlives_the_heartbeat_timeout_and_ends_on_close(aravis_camera:
         lost: list[str] = []
         with closing(opened()) as device:
             device.on_lost = lost.append
-            device.write(Register.HEARTBEAT_TIMEOUT_MS, struct.pack(">I", round(1000 * timeout)))
+            device.write(BootstrapRegister.HEARTBEAT_TIMEOUT_MS, struct.pack(">I", round(1000 * timeout)))
             time.sleep(3.3 * timeout)  # the time itself is tested: no command of ours meanwhile
             if not lost:
-                assert device.read(Register.CCP, 4) == b"\0\0\0\2"
+                assert device.read(BootstrapRegister.CCP, 4) == b"\0\0\0\2"
                 break
     assert not lost
     for watch in attempts(1.0):  # the next program gets control at once
@@ -304,7 +304,7 @@ def test_a_refusal_names_the_status(viva_camera: Any) -> None:
         closing(ControlLink("127.0.0.1")) as link,
         pytest.raises(DeviceStatusError, match="BAD_ALIGN") as caught,
     ):
-        link.read_register(Register.CCP + 2)
+        link.read_register(BootstrapRegister.CCP + 2)
     assert caught.value.status == Status.BAD_ALIGNMENT
 
 

@@ -14,7 +14,7 @@ import pytest
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.core.grabber import Access
 from grabbergui.driver.gige import privilege
-from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import WriteReg
@@ -23,7 +23,7 @@ from grabbergui.driver.sim.gige.server import GigeCamera
 from patience import until
 
 ADDRESS = f"127.85.{os.getpid() % 250 + 1}.1"
-TAKE = WriteReg(((Register.CCP, Control.CONTROL),))
+TAKE = WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL),))
 HOLD = """
 import sys
 from grabbergui.core.grabber import Access
@@ -112,7 +112,7 @@ def test_a_camera_that_this_program_controls_is_refused(simulated: GigeCamera) -
 @pytest.mark.parametrize("access", [Access.CONTROL, Access.MONITOR])
 def test_exclusive_control_refuses_reading_too(simulated: GigeCamera, access: Access) -> None:
     with closing(ControlLink(ADDRESS)) as link, closing(GigeDevice(ADDRESS)) as device:
-        link.execute(WriteReg(((Register.CCP, Control.EXCLUSIVE),)))
+        link.execute(WriteReg(((BootstrapRegister.CCP, ControlPrivilege.EXCLUSIVE),)))
         with pytest.raises(
             AccessDeniedError, match=r"another application has exclusive control .*; close it"
         ):

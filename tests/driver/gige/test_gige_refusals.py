@@ -19,7 +19,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, StreamChannel
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.stream.channel import GigeOptions
@@ -33,7 +33,7 @@ from patience import PATIENCE
 
 ADDRESS = f"127.13.{os.getpid() % 250 + 1}.1"
 CHANNEL = StreamChannel(0)
-MANDATORY = {Register.CCP, CHANNEL.port, CHANNEL.destination}
+MANDATORY = {BootstrapRegister.CCP, CHANNEL.port, CHANNEL.destination}
 "Without them no stream can begin: who controls the camera, and where to it sends."
 STATUSES = [*(status for status in Status if status >= 0x8001 and status is not Status.BUSY), 0xC123]
 OPTIONS = GigeOptions(
@@ -94,8 +94,15 @@ def refuse(camera: GigeCamera, register: int, status: int) -> None:
 
 def test_each_register_may_be_refused(camera: GigeCamera) -> None:
     used = sorted(set(accesses(camera)))
-    assert {Register.CCP, Register.GVCP_CAPABILITY, CHANNEL.packet_size, CHANNEL.source_port} <= set(used)
-    assert {bootstrap.FIRST_URL.address, Register.MCP, Register.LINK_SPEED} <= set(used), used
+    assert {
+        BootstrapRegister.CCP,
+        BootstrapRegister.GVCP_CAPABILITY,
+        CHANNEL.packet_size,
+        CHANNEL.source_port,
+    } <= set(used)
+    assert {bootstrap.FIRST_URL.address, BootstrapRegister.MCP, BootstrapRegister.LINK_SPEED} <= set(used), (
+        used
+    )
     optional = [*(set(used) - MANDATORY), bootstrap.SECOND_URL.address]
     if os.environ.get("GRABBERGUI_EVERY_STATUS"):
         cases = list(itertools.product(optional, STATUSES))
@@ -114,7 +121,12 @@ def test_all_at_once(camera: GigeCamera) -> None:
 def test_a_refused_register_is_asked_once(camera: GigeCamera) -> None:
     refused = {
         register: int(Status.NOT_IMPLEMENTED)
-        for register in (Register.VERSION, Register.TICK_FREQUENCY_LOW, CHANNEL.source_port, Register.MCSP)
+        for register in (
+            BootstrapRegister.VERSION,
+            BootstrapRegister.TICK_FREQUENCY_LOW,
+            CHANNEL.source_port,
+            BootstrapRegister.MCSP,
+        )
     }
     seen = accesses(camera, Deviations(refused=refused))
     assert [seen.count(register) for register in refused] == [1] * len(refused)

@@ -13,16 +13,16 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.driver.gige.bootstrap import Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, StreamChannel
 from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import Faults
+from grabbergui.driver.sim.gige.stream import GigeFaults
 from patience import PATIENCE
 
 SMALL = {reg.WIDTH: 256, reg.HEIGHT: 128, reg.FRAME_RATE: 50.0, reg.EXPOSURE_TIME: 1000.0}
-LOSSES = [Faults(), Faults(loss=0.08, reorder=True, duplicate=True)]
+LOSSES = [GigeFaults(), GigeFaults(loss=0.08, reorder=True, duplicate=True)]
 _numbers = itertools.count(1)
 
 
@@ -32,7 +32,9 @@ def stage() -> Iterator[ExitStack]:
         yield stack
 
 
-def opened(stage: ExitStack, options: str, faults: Faults | None = None) -> tuple[GigeCamera, FrameGrabber]:
+def opened(
+    stage: ExitStack, options: str, faults: GigeFaults | None = None
+) -> tuple[GigeCamera, FrameGrabber]:
     """Return a camera with two channels, and a grabber that has opened it."""
     address = f"127.17.{os.getpid() % 250 + 1}.{next(_numbers)}"
     camera = stage.enter_context(closing(GigeCamera(address, power_on=SMALL, faults=faults)))
@@ -64,12 +66,12 @@ def test_a_stream_that_starts_again_reads_only_what_may_have_changed(
     channel = StreamChannel(0)
     assert read.count(channel.packet_size) == 2, "before and after it is written"
     others = {address for address in read if address != channel.packet_size}
-    assert others == {channel.source_port, Register.GVSP_CONFIGURATION}
+    assert others == {channel.source_port, BootstrapRegister.GVSP_CONFIGURATION}
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
 @pytest.mark.parametrize("index", [0, 1])
-def test_only_the_chosen_channel_is_received(stage: ExitStack, index: int, faults: Faults) -> None:
+def test_only_the_chosen_channel_is_received(stage: ExitStack, index: int, faults: GigeFaults) -> None:
     camera, grabber = opened(stage, f"?stream_channel={index}", faults)
     queue = stage.enter_context(closing(grabber.open_queue(4)))
     grabber.start()
@@ -82,7 +84,7 @@ def test_only_the_chosen_channel_is_received(stage: ExitStack, index: int, fault
 
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
-def test_all_channels_at_once(stage: ExitStack, faults: Faults) -> None:
+def test_all_channels_at_once(stage: ExitStack, faults: GigeFaults) -> None:
     camera, grabber = opened(stage, "?stream_channel=all", faults)
     queue = stage.enter_context(closing(grabber.open_queue(8)))
     grabber.start()

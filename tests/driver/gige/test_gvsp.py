@@ -14,10 +14,10 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import (
     GendcPosition,
     Leader,
-    Part,
     PartPosition,
     PartType,
     PayloadKind,
+    PayloadPart,
     Trailer,
     payload_stride,
 )
@@ -103,8 +103,8 @@ GEOMETRY = (0x80000001, 0x80000002, 0x80000003, 0x80000004, 0x8005, 0x8006)
 GEOMETRY_BYTES = "80000001 80000002 80000003 80000004 8005 8006"
 TIME = 1 << 63 | 7
 TIME_BYTES = "8000000000000007"
-IMAGE = Part(PartType.IMAGE_2D, 1 << 47, 0x81080001, GEOMETRY, source=1, purpose=0x8002, region=0x8003)
-DEPTH = Part(PartType.CONFIDENCE, 5, 0x01080001, (1, 2, 3, 4, 5, 6))
+IMAGE = PayloadPart(PartType.IMAGE_2D, 1 << 47, 0x81080001, GEOMETRY, source=1, purpose=0x8002, region=0x8003)
+DEPTH = PayloadPart(PartType.CONFIDENCE, 5, 0x01080001, (1, 2, 3, 4, 5, 6))
 DEPTH_BYTES = (
     "0009 000000000005 01080001 0000 00 00 00000000 0000 0000 00000001 00000002 00000003 00000004 0005 0006"
 )

@@ -3,7 +3,7 @@ import pytest
 
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.timing import DeviceClock
+from grabbergui.driver.sim.timing import SimulatedClock
 
 MASTER_AHEAD = 1_700_000_000_000_000_000
 "How far the network's time is ahead of the manual clock, in nanoseconds."
@@ -30,7 +30,7 @@ class Bench:
         self.model = CameraModel(
             power_on=power_on,
             scene=scene,
-            clock=DeviceClock(self.clock, lambda: self.clock.now + MASTER_AHEAD),
+            clock=SimulatedClock(self.clock, lambda: self.clock.now + MASTER_AHEAD),
         )
 
     def set(self, register, value):

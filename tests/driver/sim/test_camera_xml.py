@@ -30,7 +30,7 @@ from grabbergui.driver.sim.enumerations import (
     TriggerSource,
     UserSetSelector,
 )
-from grabbergui.driver.sim.memory import Kind, Register
+from grabbergui.driver.sim.memory import Register, RegisterKind
 from pixel_formats import CONVERTIBLE
 
 NAMESPACE = "{http://www.genicam.org/GenApi/Version_1_1}"
@@ -71,22 +71,24 @@ FORMATS += [
 @pytest.mark.parametrize(
     "register",
     [
-        Register("DeviceUserID", 0x1000D0, Kind.STRING, 16, ""),
-        Register("DeviceVendorName", 0x100000, Kind.STRING, 32, "grabbergui", writable=False),
-        Register("Width", 0x100210, Kind.UINT32, 4, 1224, True, 16, 4096, 8, saved=True),
-        Register("OffsetY", 0x10021C, Kind.UINT32, 4, 568, True, 0, 2160, 2, saved=True),
-        Register("WidthMax", 0x100208, Kind.UINT32, 4, 4096, False),
-        Register("GainRaw", 0x100404, Kind.UINT32, 4, 0, True, 0, 2400, saved=True),
-        Register("ExposureTime", 0x100330, Kind.FLOAT64, 8, 10_000.0, True, 10.0, 1_000_000.0, saved=True),
-        Register("AutoGainUpperLimit", 0x1004A0, Kind.FLOAT64, 8, 24.0, True, 0, 24, saved=True),
-        Register("TimestampLatchValue", 0x100130, Kind.INT64, 8, 0, False),
-        Register("TestPattern", 0x100244, Kind.UINT32, 4, 0, choices=frozenset(range(9)), saved=True),
-        Register("ReverseX", 0x100230, Kind.UINT32, 4, 0, choices=frozenset({0, 1}), saved=True),
-        Register("AcquisitionStart", 0x100304, Kind.UINT32, 4, 0),
-        Register("UserSetSelector", 0x100600, Kind.UINT32, 4, 0, choices=frozenset({0, 1, 2})),
-        Register("BalanceRatio[2]", 0x100430, Kind.FLOAT64, 8, 1.3, True, 0.25, 4.0, saved=True),
-        Register("TriggerDelay[1]", 0x100370, Kind.FLOAT64, 8, 0, True, 0, 1_000_000, saved=True),
-        Register("EventNotification[3]", 0x10081C, Kind.UINT32, 4, 0, choices=frozenset({0, 1})),
+        Register("DeviceUserID", 0x1000D0, RegisterKind.STRING, 16, ""),
+        Register("DeviceVendorName", 0x100000, RegisterKind.STRING, 32, "grabbergui", writable=False),
+        Register("Width", 0x100210, RegisterKind.UINT32, 4, 1224, True, 16, 4096, 8, saved=True),
+        Register("OffsetY", 0x10021C, RegisterKind.UINT32, 4, 568, True, 0, 2160, 2, saved=True),
+        Register("WidthMax", 0x100208, RegisterKind.UINT32, 4, 4096, False),
+        Register("GainRaw", 0x100404, RegisterKind.UINT32, 4, 0, True, 0, 2400, saved=True),
+        Register(
+            "ExposureTime", 0x100330, RegisterKind.FLOAT64, 8, 10_000.0, True, 10.0, 1_000_000.0, saved=True
+        ),
+        Register("AutoGainUpperLimit", 0x1004A0, RegisterKind.FLOAT64, 8, 24.0, True, 0, 24, saved=True),
+        Register("TimestampLatchValue", 0x100130, RegisterKind.INT64, 8, 0, False),
+        Register("TestPattern", 0x100244, RegisterKind.UINT32, 4, 0, choices=frozenset(range(9)), saved=True),
+        Register("ReverseX", 0x100230, RegisterKind.UINT32, 4, 0, choices=frozenset({0, 1}), saved=True),
+        Register("AcquisitionStart", 0x100304, RegisterKind.UINT32, 4, 0),
+        Register("UserSetSelector", 0x100600, RegisterKind.UINT32, 4, 0, choices=frozenset({0, 1, 2})),
+        Register("BalanceRatio[2]", 0x100430, RegisterKind.FLOAT64, 8, 1.3, True, 0.25, 4.0, saved=True),
+        Register("TriggerDelay[1]", 0x100370, RegisterKind.FLOAT64, 8, 0, True, 0, 1_000_000, saved=True),
+        Register("EventNotification[3]", 0x10081C, RegisterKind.UINT32, 4, 0, choices=frozenset({0, 1})),
     ],
     ids=lambda register: register.name,
 )

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grabbergui.driver.gige.bootstrap import Capability, Register
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, GvcpCapability
 from grabbergui.driver.gige.gvcp import (
     Ack,
     CommandCode,
@@ -23,7 +23,7 @@ from grabbergui.driver.gige.gvcp_messages import Action, Event
 from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
-from grabbergui.driver.sim.gige.control import SLOW_COMMAND_S, ControlChannel
+from grabbergui.driver.sim.gige.control import SLOW_COMMAND_S, ControlResponder
 from grabbergui.driver.sim.model import CameraModel
 from patience import PATIENCE
 
@@ -39,7 +39,7 @@ class Device:
         model = CameraModel()
         memory = gev.make_bootstrap(model, "127.0.0.7", "255.0.0.0", b"\x02GB\x00\x00\x07")
         self.resends, self.tests = [], []
-        self.channel = ControlChannel(
+        self.channel = ControlResponder(
             model,
             memory,
             largest_packet=9000,
@@ -107,16 +107,16 @@ def test_discovery_answers_with_the_first_registers(device):
 @pytest.mark.parametrize(
     ("capability", "register"),
     [
-        (Capability.SCHEDULED_ACTION, Register.SCHEDULED_ACTIONS),
-        (Capability.IEEE1588, 0x096C),
-        (Capability.LINK_SPEED, Register.LINK_SPEED),
-        (Capability.PENDING_ACK, Register.PENDING_TIMEOUT_MS),
-        (Capability.PRIMARY_APPLICATION, Register.PRIMARY_APPLICATION_IP),
-        (Capability.ACTION, Register.ACTION_SIGNALS),
+        (GvcpCapability.SCHEDULED_ACTION, BootstrapRegister.SCHEDULED_ACTIONS),
+        (GvcpCapability.IEEE1588, 0x096C),
+        (GvcpCapability.LINK_SPEED, BootstrapRegister.LINK_SPEED),
+        (GvcpCapability.PENDING_ACK, BootstrapRegister.PENDING_TIMEOUT_MS),
+        (GvcpCapability.PRIMARY_APPLICATION, BootstrapRegister.PRIMARY_APPLICATION_IP),
+        (GvcpCapability.ACTION, BootstrapRegister.ACTION_SIGNALS),
     ],
 )
 def test_what_the_camera_announces_it_has(device, capability, register):
-    assert device.value(Register.GVCP_CAPABILITY) & capability
+    assert device.value(BootstrapRegister.GVCP_CAPABILITY) & capability
     assert device.read(register).status == 0
 
 

@@ -11,9 +11,9 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import Leader, Trailer
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim.enumerations import Chunk
-from grabbergui.driver.sim.gige.packets import Block, DatagramBatch, test_packet, unavailable
+from grabbergui.driver.sim.gige.packets import DatagramBatch, FramePackets, test_packet, unavailable
 from grabbergui.driver.sim.gige.server import counted
-from grabbergui.driver.sim.gige.stream import Faults, PacketFaults
+from grabbergui.driver.sim.gige.stream import GigeFaults, PacketFaults
 from grabbergui.driver.sim.model import FramePlan
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from patience import PATIENCE
@@ -25,7 +25,7 @@ def make_block(size=5000, packet_size=1500, extended=False, frame_id=1, chunks=(
     settings = FrameSettings(100, 50, 8, 4, by_name("Mono8"), Optics(), 1000.0, 0.0, 0.0)
     plan = FramePlan(frame_id, 123_456_789_012, settings, dict.fromkeys(chunks, 1), size)
     payload = np.random.default_rng(1).integers(0, 256, size, np.uint8)
-    return Block(plan, payload, packet_size, extended)
+    return FramePackets(plan, payload, packet_size, extended)
 
 
 @pytest.mark.parametrize("extended", [False, True])
@@ -113,7 +113,7 @@ def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size, suppo
 
 
 def order(count=100_000, **faults):
-    return PacketFaults(Faults(**faults)).order(count)
+    return PacketFaults(GigeFaults(**faults)).order(count)
 
 
 def test_no_faults_leave_packets_alone():
@@ -156,7 +156,7 @@ def test_all_together_and_always_the_same():
 )
 def test_faults_that_make_no_sense_are_refused(wrong):
     with pytest.raises(UsageError):
-        Faults(**wrong)
+        GigeFaults(**wrong)
 
 
 def test_further_cameras_get_the_next_serial_numbers():

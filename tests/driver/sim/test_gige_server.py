@@ -29,7 +29,7 @@ from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import EventSelector, TestPattern
 from grabbergui.driver.sim.gige.server import GigeCamera, serve
-from grabbergui.driver.sim.gige.stream import Faults
+from grabbergui.driver.sim.gige.stream import GigeFaults
 from patience import PATIENCE, until
 
 _numbers = itertools.count(1)
@@ -136,7 +136,7 @@ def test_a_frame_arrives_whole(stage):
 
 
 def test_lost_packets_come_again(stage):
-    camera, host = stage(faults=Faults(loss=0.3, seed=5))
+    camera, host = stage(faults=GigeFaults(loss=0.3, seed=5))
     host.start()
     until(lambda: camera.model.memory.integer(reg.TL_PARAMS_LOCKED) == 1)
     packets = list(host.packets())
@@ -339,7 +339,7 @@ def test_force_ip_moves_the_camera(stage):
 
 
 def test_a_stalled_stream_falls_silent_but_answers(stage):
-    camera, host = stage(faults=Faults(stall_after=2))
+    camera, host = stage(faults=GigeFaults(stall_after=2))
     host.start()
     list(host.packets())
     list(host.packets())
@@ -350,7 +350,7 @@ def test_a_stalled_stream_falls_silent_but_answers(stage):
 
 
 def test_a_rebooting_camera_forgets(stage):
-    camera, host = stage(faults=Faults(reboot_after=0.5))
+    camera, host = stage(faults=GigeFaults(reboot_after=0.5))
     first = camera.model
     host.write((CCP, 2), (reg.WIDTH.address, 512))
     until(lambda: camera.model is not first)
@@ -367,7 +367,7 @@ def test_a_reset_releases_control(stage):
 
 
 def test_a_delay_holds_answers_back(stage):
-    _, host = stage(faults=Faults(delay=0.1))
+    _, host = stage(faults=GigeFaults(delay=0.1))
     start = time.monotonic()
     host.read(CCP)
     assert time.monotonic() - start >= 0.1
@@ -413,7 +413,7 @@ def test_serving_leaves_nothing_behind_when_an_address_cannot_be_had():
 
 def test_our_own_driver_through_a_bad_network(stage):
     camera, _ = stage(
-        {reg.WIDTH: 640, reg.HEIGHT: 480}, faults=Faults(loss=0.01, reorder=True, duplicate=True)
+        {reg.WIDTH: 640, reg.HEIGHT: 480}, faults=GigeFaults(loss=0.01, reorder=True, duplicate=True)
     )
     grabber = sources.create(f"gige:{camera.address}")
     grabber.open()

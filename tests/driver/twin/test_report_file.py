@@ -23,7 +23,7 @@ from grabbergui.driver.twin.report_file import (
     CameraReport,
     FrameRecord,
     PacketTest,
-    RegisterAccess,
+    RecordedAccess,
     StreamRecord,
     decode,
     encode,
@@ -35,15 +35,15 @@ REPORT = CameraReport(
     little_endian=True,
     description=b"<RegisterDescription/>",
     registers=(
-        RegisterAccess(0x1_0000_0000, 4, b"\1\2\3\4", 1.25, name="Width"),
-        RegisterAccess(0x200, 8, None, 3.0, "DeviceStatusError", 0x8006, "no", "Gain"),
+        RecordedAccess(0x1_0000_0000, 4, b"\1\2\3\4", 1.25, name="Width"),
+        RecordedAccess(0x200, 8, None, 3.0, "DeviceStatusError", 0x8006, "no", "Gain"),
     ),
-    bootstrap=(RegisterAccess(0, 4, b"\0\2\0\0", name="VERSION"),),
+    bootstrap=(RecordedAccess(0, 4, b"\0\2\0\0", name="VERSION"),),
     stream=StreamRecord(
         frames=(FrameRecord(1, 2, 3, 4, 5, 0x01080001, 20, "image", chunks={"ChunkGain": 1.5}),),
         statistics={"frames": 1},
         packet_tests=(PacketTest(9000, False), PacketTest(1500, True)),
-        accesses=(RegisterAccess(0x300, 4, b"\0\0\0\1", written=True),),
+        accesses=(RecordedAccess(0x300, 4, b"\0\0\0\1", written=True),),
         started=True,
     ),
     features=({"name": "Width", "value": 4},),
@@ -177,9 +177,9 @@ def test_wrong_uris_are_refused(uri: str, problem: str) -> None:
 
 def test_memory_answers_as_recorded_until_it_is_written() -> None:
     recorded = [
-        RegisterAccess(0x10, 4, b"\0\0\0\1"),
-        RegisterAccess(0x10, 8, b"\0\0\0\2\0\0\0\3"),
-        RegisterAccess(0x20, 4, None, 0, "DeviceStatusError", 0x8006, "no"),
+        RecordedAccess(0x10, 4, b"\0\0\0\1"),
+        RecordedAccess(0x10, 8, b"\0\0\0\2\0\0\0\3"),
+        RecordedAccess(0x20, 4, None, 0, "DeviceStatusError", 0x8006, "no"),
     ]
     twin = TwinMemory(recorded)
     assert twin.read(0x10, 4) == b"\0\0\0\1" and twin.read(0x14, 4) == b"\0\0\0\3"

@@ -18,14 +18,14 @@ from grabbergui import sources
 from grabbergui.cli import features as features_command
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError
 from grabbergui.core.grabber import Access
-from grabbergui.driver.gige.bootstrap import Capability
+from grabbergui.driver.gige.bootstrap import GvcpCapability
 from grabbergui.driver.gige.discovery import ask
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.deviations import Deviations
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.gige import TwinGigeCamera
-from grabbergui.driver.twin.report_file import CameraReport, PacketTest, RegisterAccess
+from grabbergui.driver.twin.report_file import CameraReport, PacketTest, RecordedAccess
 from grabbergui.report import collect, computer
 from grabbergui.report.collect import ReportOptions
 from patience import PATIENCE, PROGRAM
@@ -68,7 +68,7 @@ DEVIATIONS = {
     "little-endian": Deviations(little_endian=True),
     "schema 1.0": Deviations(little_endian=True, schema=0),
     "falsely declared": Deviations(little_endian=True, declared_big_endian=True),
-    "no WRITEMEM": Deviations(absent=Capability.WRITEMEM | Capability.PACKETRESEND),
+    "no WRITEMEM": Deviations(absent=GvcpCapability.WRITEMEM | GvcpCapability.PACKETRESEND),
     "refusals": Deviations(refused={reg.GAIN_RAW.address: 0x8006, 0x0400: 0x8003}),
 }
 
@@ -110,7 +110,7 @@ def test_aravis_prints_the_same_values_of_a_twin_as_of_its_original() -> None:
 def test_what_the_original_did_not_answer_is_not_answered() -> None:
     with closing(GigeCamera(ORIGINAL, power_on=SMALL)):
         report = report_on(ORIGINAL)
-    silent = RegisterAccess(reg.GAMMA.address, 8, None, 1000.0, "AckTimeoutError", message="no answer")
+    silent = RecordedAccess(reg.GAMMA.address, 8, None, 1000.0, "AckTimeoutError", message="no answer")
     registers = (*(each for each in report.registers if each.address != reg.GAMMA.address), silent)
     with (
         closing(TwinGigeCamera(TWIN, replace(report, registers=registers))),

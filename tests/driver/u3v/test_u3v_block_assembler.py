@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.driver.sim.u3v.device import cut
-from grabbergui.driver.u3v.block_assembler import BLOCKS_TO_TRUST, Block, BlockAssembler, Kind
-from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, TransferPlan
+from grabbergui.driver.u3v.block_assembler import BLOCKS_TO_TRUST, Block, BlockAssembler, TransferKind
+from grabbergui.driver.u3v.stream_protocol import Leader, Trailer, TransferPlan, U3vPayloadType
 
 PLAN = TransferPlan(1024, 2048, 2, 500, 0, 1024)
 PAYLOAD = bytes(range(256)) * 17 + bytes(range(244))
@@ -18,12 +18,12 @@ assert len(PAYLOAD) == PLAN.payload_space
 
 
 def block_transfers(block_id: int, length: int = len(PAYLOAD)) -> list[bytes]:
-    leader = Leader(block_id, PayloadType.IMAGE, 1000 + block_id, 0x01080001, 4, 2)
+    leader = Leader(block_id, U3vPayloadType.IMAGE, 1000 + block_id, 0x01080001, 4, 2)
     trailer = Trailer(block_id, 0, length, 2)
     pieces = [bytes(piece) for piece in cut(memoryview(PAYLOAD)[:length], PLAN.payload_sizes)]
     # An empty packet ends the transfer before it; as a transfer of its own it is not seen.
     pieces = [piece for piece in pieces if piece]
-    return [leader.encode(), *pieces, trailer.encode(PayloadType.IMAGE)]
+    return [leader.encode(), *pieces, trailer.encode(U3vPayloadType.IMAGE)]
 
 
 class Link:
@@ -123,7 +123,11 @@ def test_a_block_for_which_no_buffer_was_free_is_marked() -> None:
 def test_requests_ahead_lie_at_their_places() -> None:
     assembler = BlockAssembler(PLAN, lambda: np.zeros(8192, np.uint8))
     requests = [assembler.next_request() for _ in range(5)]
-    assert [request.kind for request in requests] == [Kind.LEADER, *[Kind.PAYLOAD] * 3, Kind.TRAILER]
+    assert [request.kind for request in requests] == [
+        TransferKind.LEADER,
+        *[TransferKind.PAYLOAD] * 3,
+        TransferKind.TRAILER,
+    ]
     assert [len(request.view) for request in requests] == [1024, 2048, 2048, 1024, 1024]
     assembler.put_back(requests[-1])
     assert assembler.next_request() is requests[-1]
@@ -146,7 +150,7 @@ def test_no_order_of_transfers_confuses_it_for_long(noise: list[bytes | int], de
 def test_pixels_that_begin_as_a_trailer_are_pixels() -> None:
     link = Link()
     leader, first, _, last, trailer = block_transfers(5)
-    pixels = Trailer(77, 0, 2048, 2).encode(PayloadType.IMAGE).ljust(2048, b"\x55")
+    pixels = Trailer(77, 0, 2048, 2).encode(U3vPayloadType.IMAGE).ljust(2048, b"\x55")
     link.send(leader, first, pixels, last, trailer)
     assert link.assembler.in_step
     assert link.ids == [5]
@@ -158,6 +162,9 @@ def test_a_plan_of_very_many_transfers_is_made_at_once() -> None:
     plan = TransferPlan(1024, 1024, 300_000, 512, 0, 1024)
     assembler = BlockAssembler(plan, lambda: None)
     requests = [assembler.next_request() for _ in range(300_003)]
-    assert [request.kind for request in (requests[0], requests[-1])] == [Kind.LEADER, Kind.TRAILER]
+    assert [request.kind for request in (requests[0], requests[-1])] == [
+        TransferKind.LEADER,
+        TransferKind.TRAILER,
+    ]
     start = assembler.next_request().block.buffer.ctypes.data
     assert requests[-2].view.ctypes.data - start == 300_000 * 1024

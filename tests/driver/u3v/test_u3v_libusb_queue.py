@@ -12,7 +12,7 @@ import pytest
 usb1 = pytest.importorskip("usb1", reason="python-libusb1 is not installed")
 
 from grabbergui.driver.u3v import libusb_queue  # noqa: E402
-from grabbergui.driver.u3v.block_assembler import Block, Kind, Request  # noqa: E402
+from grabbergui.driver.u3v.block_assembler import Block, TransferKind, TransferRequest  # noqa: E402
 from grabbergui.driver.u3v.enumeration import UsbCamera  # noqa: E402
 from grabbergui.driver.u3v.libusb_queue import LibusbQueue  # noqa: E402
 from grabbergui.driver.u3v.usb import BulkInterface  # noqa: E402
@@ -103,7 +103,7 @@ def queue(bus: Bus) -> LibusbQueue:
 
 def receive(queue: LibusbQueue, memory: np.ndarray[Any, np.dtype[np.uint8]]) -> None:
     memory[:] = 0
-    assert queue.submit(Request(Kind.PAYLOAD, Block(memory, dropped=False), memory))
+    assert queue.submit(TransferRequest(TransferKind.PAYLOAD, Block(memory, dropped=False), memory))
     completion = queue.wait(1.0)
     assert completion is not None and completion.length == len(memory)
     assert (memory == CountedTransfer.FILL).all()
@@ -125,7 +125,7 @@ def test_requests_into_the_same_memory_have_a_transfer_each(queue: LibusbQueue, 
 
     for _ in range(3):
         for _ in range(4):
-            queue.submit(Request(Kind.PAYLOAD, Block(scratch, dropped=True), scratch))
+            queue.submit(TransferRequest(TransferKind.PAYLOAD, Block(scratch, dropped=True), scratch))
         assert [queue.wait(1.0) is not None for _ in range(4)] == [True] * 4
 
     assert sum(not transfer.closed for transfer in bus.transfers) == 1

@@ -12,9 +12,9 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.u3v.bootstrap import ManifestEntry, StreamRequirements, descriptions
 from grabbergui.driver.u3v.stream_protocol import (
     Leader,
-    PayloadType,
     Trailer,
     TransferPlan,
+    U3vPayloadType,
     is_leader,
     is_trailer,
 )
@@ -29,44 +29,46 @@ def test_recorded_blocks_are_read_and_written_back(name: str) -> None:
     trailers = [transfer for transfer in transfers if is_trailer(transfer)]
     assert leaders
     for leader, transfer in zip(leaders, filter(is_leader, transfers), strict=True):
-        assert leader.payload_type == PayloadType.IMAGE
+        assert leader.payload_type == U3vPayloadType.IMAGE
         assert (leader.size_x, leader.size_y) in ((64, 48), (70, 50))
         assert leader.pixel_format == 0x01080001
         assert leader.encode(len(transfer)) == transfer
     for transfer in trailers:
-        trailer = Trailer.decode(transfer, PayloadType.IMAGE)
+        trailer = Trailer.decode(transfer, U3vPayloadType.IMAGE)
         assert trailer.valid_payload_size in (3072, 3500)
         assert trailer.size_y in (48, 50)
-        fields = trailer.encode(PayloadType.IMAGE)
+        fields = trailer.encode(U3vPayloadType.IMAGE)
         assert transfer.startswith(fields[:6])
         assert transfer[8:32] == fields[8:32]
 
 
 def test_chunk_blocks_have_no_geometry() -> None:
-    leader = Leader(7, PayloadType.CHUNK, 99)
+    leader = Leader(7, U3vPayloadType.CHUNK, 99)
     assert len(leader.encode()) == 28
     assert Leader.decode(leader.encode()) == leader
     trailer = Trailer(7, 0, 1000, None, 5)
-    assert Trailer.decode(trailer.encode(PayloadType.CHUNK), PayloadType.CHUNK) == trailer
+    assert Trailer.decode(trailer.encode(U3vPayloadType.CHUNK), U3vPayloadType.CHUNK) == trailer
 
 
 def test_an_extended_chunk_trailer_has_height_and_layout() -> None:
     trailer = Trailer(7, 0xA100, 1000, 33, 5)
-    data = trailer.encode(PayloadType.IMAGE_EXTENDED_CHUNK)
+    data = trailer.encode(U3vPayloadType.IMAGE_EXTENDED_CHUNK)
     assert len(data) == 36
-    assert Trailer.decode(data, PayloadType.IMAGE_EXTENDED_CHUNK) == trailer
+    assert Trailer.decode(data, U3vPayloadType.IMAGE_EXTENDED_CHUNK) == trailer
 
 
 @pytest.mark.parametrize("length", range(52))
 def test_a_cut_leader_is_refused(length: int) -> None:
-    data = Leader(1, PayloadType.IMAGE, 2, 3, 4, 5).encode()
+    data = Leader(1, U3vPayloadType.IMAGE, 2, 3, 4, 5).encode()
     with pytest.raises(RemoteProtocolError):
         Leader.decode(data[:length])
 
 
-@given(st.sampled_from([b"", b"U3VL", b"U3VT"]), st.binary(max_size=80), st.sampled_from(list(PayloadType)))
+@given(
+    st.sampled_from([b"", b"U3VL", b"U3VT"]), st.binary(max_size=80), st.sampled_from(list(U3vPayloadType))
+)
 def test_any_bytes_give_a_value_or_an_error_of_the_protocol(
-    prefix: bytes, rest: bytes, kind: PayloadType
+    prefix: bytes, rest: bytes, kind: U3vPayloadType
 ) -> None:
     data = prefix + rest
     for codec in (Leader, TransferPlan, StreamRequirements, ManifestEntry):
@@ -77,7 +79,7 @@ def test_any_bytes_give_a_value_or_an_error_of_the_protocol(
         trailer = Trailer.decode(data, kind)
         again = Trailer.decode(trailer.encode(kind), kind)
         # Where there was no room for the height, ours has room and says 0.
-        size_y = None if kind is PayloadType.CHUNK else trailer.size_y or 0
+        size_y = None if kind is U3vPayloadType.CHUNK else trailer.size_y or 0
         assert again == replace(trailer, size_y=size_y)
 
 

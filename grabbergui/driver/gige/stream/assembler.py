@@ -27,7 +27,7 @@ from grabbergui.driver.gige.packet_header import (
     PacketHeader,
     count_in_order,
 )
-from grabbergui.driver.gige.stream.block import Block, Layout, Places
+from grabbergui.driver.gige.stream.block import Block, BlockLayout, Places
 from grabbergui.driver.gige.stream.block_history import BlockHistory, Meaning, distance
 from grabbergui.driver.gige.stream.packet_sorting import Ids, PacketRun, packet_runs
 from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
@@ -56,7 +56,7 @@ class BlockAssembler:
         self.policy = policy or ResendPolicy()
         self.statistics = StreamStatistics()
         "Counters; the rates in it stay 0."
-        self._layout = Layout(stride, payload_size)
+        self._layout = BlockLayout(stride, payload_size)
         self._take_buffer = take_buffer
         self._deliver_incomplete = deliver_incomplete
         self._open: list[Block] = []

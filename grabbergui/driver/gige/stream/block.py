@@ -41,7 +41,7 @@ MOST_WARNINGS = 16
 
 
 @dataclass
-class Layout:
+class BlockLayout:
     """Sizes that all blocks of a stream share."""
 
     stride: int
@@ -110,7 +110,7 @@ class Block(PacketAccount):
     """
 
     def __init__(
-        self, header: PacketHeader, layout: Layout, buffer: NDArray[np.uint8] | None, now: float
+        self, header: PacketHeader, layout: BlockLayout, buffer: NDArray[np.uint8] | None, now: float
     ) -> None:
         """Begin the block of a packet. `buffer` is None if none was free: the block is then only counted."""
         super().__init__(header.block_id, header.extended, layout.max_payload_packets + 2, now)

@@ -18,10 +18,10 @@ from grabbergui.driver.gige.bootstrap import (
     PACKET_SIZE_MASK,
     PORT_MASK,
     STREAM_CHANNELS_MASK,
-    Capability,
+    BootstrapRegister,
+    GvcpCapability,
     GvspConfiguration,
     PacketSizeFlag,
-    Register,
     StreamChannel,
     ip_number,
     ip_text,
@@ -81,7 +81,7 @@ class GigeOptions:
     "Seconds within which a camera must answer a search for its name."
 
 
-class Stream:
+class GigeStream:
     """One stream channel of an opened device, until closed."""
 
     def __init__(
@@ -210,13 +210,13 @@ class Stream:
     @cached_property
     def _version(self) -> int:
         """The major version of GigE Vision that the camera follows."""
-        return self._memory.read_optional(Register.VERSION) >> 16
+        return self._memory.read_optional(BootstrapRegister.VERSION) >> 16
 
     def _has_extended_ids(self) -> bool:
         """Return whether the camera sends 64-bit block ids, which take twelve bytes of each packet."""
         if self._version < 2:
             return False  # the register came with GigE Vision 2.0
-        configuration = self._memory.read_optional(Register.GVSP_CONFIGURATION)
+        configuration = self._memory.read_optional(BootstrapRegister.GVSP_CONFIGURATION)
         return bool(configuration & GvspConfiguration.EXTENDED_IDS)
 
     def _listen_in(self, payload_size: int) -> socket.socket:
@@ -269,7 +269,7 @@ class Stream:
 
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
         """Return the policy, limited to what the camera can do and the buffers hold."""
-        can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
+        can = bool(self._memory.capability & GvcpCapability.PACKETRESEND) and self._memory.writable
         burst = int(BURST_SHARE * buffer_bytes(receiver) / kernel_bytes(self.packet_size))
         # Incomplete blocks must not take the buffers that consumers need.
         max_blocks = min(self._options.resend.max_blocks, pool.limit // 2)
@@ -291,8 +291,8 @@ def make_pool(payload_size: int) -> BufferPool:
 
 def tick_frequency(memory: DeviceMemory) -> int:
     """Read the frequency of the device's clock in Hz; 0 if it has none. Raises as register reads do."""
-    high = memory.read_optional(Register.TICK_FREQUENCY_HIGH)
-    return high << 32 | memory.read_optional(Register.TICK_FREQUENCY_LOW)
+    high = memory.read_optional(BootstrapRegister.TICK_FREQUENCY_HIGH)
+    return high << 32 | memory.read_optional(BootstrapRegister.TICK_FREQUENCY_LOW)
 
 
 ALL_CHANNELS = -1
@@ -303,7 +303,7 @@ def chosen_channels(memory: DeviceMemory, wanted: int) -> Sequence[int]:
     """Return the indices that `wanted` means for this device. Raises UsageError, and as registers do."""
     if wanted == 0:
         return (0,)  # every streaming device has channel 0, even if its register claims otherwise
-    count = memory.read_optional(Register.STREAM_CHANNELS, 1) & STREAM_CHANNELS_MASK
+    count = memory.read_optional(BootstrapRegister.STREAM_CHANNELS, 1) & STREAM_CHANNELS_MASK
     if wanted == ALL_CHANNELS:
         return range(max(count, 1))
     if wanted >= count:
@@ -315,12 +315,12 @@ def chosen_channels(memory: DeviceMemory, wanted: int) -> Sequence[int]:
 class Streams:
     """One or several open streams. `Frame.stream_channel` is the channel that a frame arrived on."""
 
-    def __init__(self, channels: Sequence[Stream]) -> None:
+    def __init__(self, channels: Sequence[GigeStream]) -> None:
         """Take at least one channel."""
         self.channels = channels
 
     def open(self, request: StreamRequest, deliver: Callable[[Frame], None], tick_frequency: int) -> None:
-        """Start to receive; `deliver` is never called twice at a time. Raises as `Stream.open`."""
+        """Start to receive; `deliver` is never called twice at a time. Raises as `GigeStream.open`."""
         if len(self.channels) > 1:
             deliver = _one_at_a_time(deliver)
         try:

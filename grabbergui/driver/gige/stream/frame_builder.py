@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
-from grabbergui.driver.gige.gvsp import Leader, Part, PartType, PayloadKind
+from grabbergui.driver.gige.gvsp import Leader, PartType, PayloadKind, PayloadPart
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.block_history import distance
 from grabbergui.driver.h264 import H264Stream
@@ -101,7 +101,7 @@ class FrameBuilder:
                 images.append(image)
         return Contents(PayloadType.MULTI_PART, payload, tuple(images), chunks)
 
-    def _image_part(self, part: Part, data: NDArray[np.uint8]) -> Component | None:
+    def _image_part(self, part: PayloadPart, data: NDArray[np.uint8]) -> Component | None:
         width, height, offset_x, offset_y, padding_x, _ = part.geometry
         pixel_format = self._format(part.pixel_format)
         kind = kind_of(pixel_format, part.purpose)

@@ -31,7 +31,7 @@ class Flows:
         self._descriptor_flow: int | None = None
         self._head: dict[int, bytes] = {}
         "The descriptor's pieces by their offsets, until it is complete."
-        self._parts: tuple[gendc.Part, ...] | None = None
+        self._parts: tuple[gendc.PartHeader, ...] | None = None
         self._waiting: list[tuple[int, GendcPosition, bytes]] = []
         self._waiting_bytes = 0
 

@@ -51,7 +51,7 @@ ID_AT = {
 "Byte of a header of that size at which it begins."
 
 
-class Message(NamedTuple):
+class PlacedDatagram(NamedTuple):
     """A datagram that was received into the places from index `at` on."""
 
     at: int
@@ -111,7 +111,7 @@ class InPlaceReader:
         headers = self._headers[begin : begin + full]
         placed = assembler.receive_in_place(headers, places, now) if full else 0
         if unexpected is not None or begin + placed < ends[-1]:
-            messages = [Message(at, (end - at) * pitch, pitch) for at, end in pairwise(ends)]
+            messages = [PlacedDatagram(at, (end - at) * pitch, pitch) for at, end in pairwise(ends)]
             messages += [unexpected] if unexpected is not None else []
             self._hand_over_from(begin + placed, messages, places, assembler, now)
         count, total = len(ends) - 1, (ends[-1] - begin) * pitch
@@ -120,7 +120,7 @@ class InPlaceReader:
         return Received(total, count, placed == total // pitch, emptied)
 
     def _hand_over_from(
-        self, end: int, messages: list[Message], places: Places, assembler: BlockAssembler, now: float
+        self, end: int, messages: list[PlacedDatagram], places: Places, assembler: BlockAssembler, now: float
     ) -> None:
         """Hand over what lies in the places from index `end` on, which are not its own."""
         displaced = [rest for message in messages if (rest := _behind(message, end, places.packet_length))]
@@ -129,7 +129,7 @@ class InPlaceReader:
         for message, datagram in zip(displaced, datagrams, strict=True):
             hand_over_joined(assembler, datagram, message.packet_length, now)
 
-    def _read(self, descriptor: int, places: Places) -> tuple[list[int], Message | None, int, bool]:
+    def _read(self, descriptor: int, places: Places) -> tuple[list[int], PlacedDatagram | None, int, bool]:
         """Read until an unexpected message arrives, the places are full, or nothing waits.
 
         Return the index of the first place and that behind each expected message, the unexpected one if there
@@ -161,14 +161,14 @@ class InPlaceReader:
             joined = packet_length.value if control_length.value else length
             (found,) = HEADER_END.unpack_from(headers, at * size + id_at)
             if joined != pitch or length % pitch or found != ending + at:
-                return ends, Message(at, length, joined), foreign, False
+                return ends, PlacedDatagram(at, length, joined), foreign, False
             at += length // pitch
             ends.append(at)
             if at >= end:
                 break
         return ends, None, foreign, False
 
-    def _datagram(self, message: Message, places: Places) -> NDArray[np.uint8]:
+    def _datagram(self, message: PlacedDatagram, places: Places) -> NDArray[np.uint8]:
         """Return a copy of a message, collected from its places."""
         begin = message.at
         count = -(-message.length // places.packet_length)
@@ -205,7 +205,7 @@ class InPlaceReader:
         self._message["iov_length"] = 2 * most
 
 
-def _behind(message: Message, end: int, packet_length: int) -> Message | None:
+def _behind(message: PlacedDatagram, end: int, packet_length: int) -> PlacedDatagram | None:
     """Return the part of a message whose places are behind `end`, if any."""
     skipped = max(end - message.at, 0) * packet_length
     if skipped >= message.length > 0:

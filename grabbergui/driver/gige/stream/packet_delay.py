@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.gige.bootstrap import Capability, Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import BootstrapRegister, GvcpCapability, StreamChannel
 from grabbergui.driver.gige.device_memory import DeviceMemory
 
 log = logging.getLogger(__name__)
@@ -88,7 +88,7 @@ def settle_delay(
 
 
 def _link_of(memory: DeviceMemory) -> float:
-    if not memory.capability & Capability.LINK_SPEED:
+    if not memory.capability & GvcpCapability.LINK_SPEED:
         return USUAL_LINK
-    megabits = memory.read_optional(Register.LINK_SPEED)
+    megabits = memory.read_optional(BootstrapRegister.LINK_SPEED)
     return megabits * 1e6 / 8 if megabits else USUAL_LINK

@@ -14,7 +14,13 @@ from typing import NamedTuple
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Capability, Control, GvcpConfiguration, ip_number, ip_text
+from grabbergui.driver.gige.bootstrap import (
+    ControlPrivilege,
+    GvcpCapability,
+    GvcpConfiguration,
+    ip_number,
+    ip_text,
+)
 from grabbergui.driver.gige.gvcp import (
     FLAG_ACK_REQUIRED,
     KEY,
@@ -48,10 +54,10 @@ SLOW_COMMAND_S = 0.3
 _STATUS = {refusal: Status[refusal.name] for refusal in Refusal}
 _WRITES = (CommandCode.WRITEREG, CommandCode.WRITEMEM)
 _FAILED = 0x8000
-_ON_CONTROL = Control.EXCLUSIVE | Control.CONTROL
+_ON_CONTROL = ControlPrivilege.EXCLUSIVE | ControlPrivilege.CONTROL
 
 
-class Outgoing(NamedTuple):
+class OutgoingDatagram(NamedTuple):
     """A datagram to send."""
 
     due: float
@@ -78,7 +84,7 @@ class Refused(Exception):  # noqa: N818 - never an error of ours: the answer to 
 
 
 @dataclass
-class ControlChannel:
+class ControlResponder:
     """Answers commands and holds who is in control."""
 
     model: CameraModel
@@ -97,7 +103,7 @@ class ControlChannel:
     _controller: Address | None = None
     _heard: float = 0.0
     _source: Address = ("", 0)
-    _last: tuple[tuple[Address, int, int], list[Outgoing]] | None = None
+    _last: tuple[tuple[Address, int, int], list[OutgoingDatagram]] | None = None
     _after: list[Callable[[], None]] = field(default_factory=list)
     _event_id: int = 0
     _unheard: dict[int, _UnheardEvent] = field(default_factory=dict)
@@ -113,7 +119,7 @@ class ControlChannel:
         for register in (*streams, gev.GVSP_CONFIGURATION):
             memory.on_written(register, lambda: self._after.append(self.on_stream_changed))
 
-    def receive(self, datagram: bytes, source: Address, now: float) -> list[Outgoing]:
+    def receive(self, datagram: bytes, source: Address, now: float) -> list[OutgoingDatagram]:
         """Answer one datagram. Never raises, however invalid the datagram is."""
         if not datagram or datagram[0] != KEY:
             self._hear_event_ack(datagram)
@@ -145,7 +151,7 @@ class ControlChannel:
         """Schedule an action for after the acknowledge of the present command."""
         self._after.append(act)
 
-    def poll(self, now: float) -> list[Outgoing]:
+    def poll(self, now: float) -> list[OutgoingDatagram]:
         """Let time pass: control expires, unheard events are repeated."""
         timeout = self.memory.integer(gev.HEARTBEAT_TIMEOUT) / 1000
         watched = not self.memory.integer(gev.GVCP_CONFIGURATION) & GvcpConfiguration.HEARTBEAT_DISABLE
@@ -160,10 +166,10 @@ class ControlChannel:
                 continue
             event.left -= 1
             event.due = now + self.memory.integer(gev.MCTT) / 1000
-            repeated.append(Outgoing(now, event.datagram, event.to))
+            repeated.append(OutgoingDatagram(now, event.datagram, event.to))
         return repeated
 
-    def send_event(self, event_id: int, frame_id: int, timestamp: int, now: float) -> list[Outgoing]:
+    def send_event(self, event_id: int, frame_id: int, timestamp: int, now: float) -> list[OutgoingDatagram]:
         """Return an event as a message, if the host has opened the message channel."""
         port = self.memory.integer(gev.MCP) & bootstrap.PORT_MASK
         if not port:
@@ -175,7 +181,7 @@ class ControlChannel:
         to = (ip_text(self.memory.integer(gev.MCDA)), port)
         wait = self.memory.integer(gev.MCTT) / 1000
         self._unheard[self._event_id] = _UnheardEvent(datagram, to, now + wait, self.memory.integer(gev.MCRC))
-        return [Outgoing(now, datagram, to)]
+        return [OutgoingDatagram(now, datagram, to)]
 
     def release(self) -> None:
         """End control as the device does on time-out: streams and messages stop too."""
@@ -208,7 +214,9 @@ class ControlChannel:
         if request.channel < len(gev.CHANNELS):
             self.on_resend(request)
 
-    def _execute(self, header: CommandHeader, payload: bytes, source: Address, now: float) -> list[Outgoing]:
+    def _execute(
+        self, header: CommandHeader, payload: bytes, source: Address, now: float
+    ) -> list[OutgoingDatagram]:
         self._source = source
         executors: dict[int, Callable[[bytes, int], bytes | None]] = {
             CommandCode.DISCOVERY: lambda payload, flags: self._identity(),
@@ -242,8 +250,11 @@ class ControlChannel:
         announced = self.memory.integer(gev.GVCP_CONFIGURATION) & GvcpConfiguration.PENDING_ACK
         if saving and status == Status.SUCCESS and announced:
             pending = encode_pending_ack(int(SLOW_COMMAND_S * 2000), header.req_id)
-            return [Outgoing(now, pending, source), Outgoing(now + SLOW_COMMAND_S, ack, source)]
-        return [Outgoing(now, ack, source)]
+            return [
+                OutgoingDatagram(now, pending, source),
+                OutgoingDatagram(now + SLOW_COMMAND_S, ack, source),
+            ]
+        return [OutgoingDatagram(now, ack, source)]
 
     def _identity(self) -> bytes:
         return gev.identity(self.memory)
@@ -284,7 +295,7 @@ class ControlChannel:
 
     def _write_memory(self, payload: bytes, flags: int) -> bytes:
         request = WriteMem.decode(payload)
-        if not self.memory.integer(gev.GVCP_CAPABILITY) & Capability.WRITEMEM:
+        if not self.memory.integer(gev.GVCP_CAPABILITY) & GvcpCapability.WRITEMEM:
             raise Refused(Status.NOT_IMPLEMENTED)
         if len(request.data) % 4 or len(request.data) > self.deviations.longest_access:
             raise Refused(Status.INVALID_PARAMETER)
@@ -309,7 +320,7 @@ class ControlChannel:
         return b""
 
     def _require_read(self) -> None:
-        exclusive = self.memory.integer(gev.CCP) & Control.EXCLUSIVE
+        exclusive = self.memory.integer(gev.CCP) & ControlPrivilege.EXCLUSIVE
         if exclusive and self._source != self._controller:
             raise Refused(Status.ACCESS_DENIED)
 
@@ -359,12 +370,12 @@ class ControlChannel:
         self._controller = self._source
         self.memory.set(gev.PRIMARY_IP, ip_number(self._source[0]))
         self.memory.set(gev.PRIMARY_PORT, self._source[1])
-        return wanted & (_ON_CONTROL | Control.SWITCHOVER)
+        return wanted & (_ON_CONTROL | ControlPrivilege.SWITCHOVER)
 
     def _is_offered(self, wanted: int) -> bool:
         """Return whether the controlling application lets this request take control over."""
         memory = self.memory
-        offered = memory.integer(gev.CCP) & Control.SWITCHOVER
+        offered = memory.integer(gev.CCP) & ControlPrivilege.SWITCHOVER
         return bool(offered and wanted & _ON_CONTROL and wanted >> 16 == memory.integer(gev.SWITCHOVER_KEY))
 
     def _set_packet_size(self, channel: int, value: RegisterValue) -> RegisterValue:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, Capability
-from grabbergui.driver.sim.memory import Kind, RegisterMemory
+from grabbergui.driver.gige.bootstrap import BIG_ENDIAN_MODE, GvcpCapability
+from grabbergui.driver.sim.memory import RegisterKind, RegisterMemory
 
 _WORD = 4
 Read = Callable[[int, int], bytes]
@@ -25,7 +25,7 @@ class Deviations:
     and those of eight bytes are so in its memory, too: hosts read longer registers as they are."""
     declared_big_endian: bool = False
     "Whether its description declares numbers big-endian although its memory is not."
-    absent: Capability = field(default_factory=lambda: Capability(0))
+    absent: GvcpCapability = field(default_factory=lambda: GvcpCapability(0))
     "Capabilities that it does not have."
     refused: Mapping[int, int] = field(default_factory=dict)
     "GVCP status of the answer to each access, by register address."
@@ -95,7 +95,7 @@ class Deviations:
         return [
             (register.address, register.length)
             for register in memory.registers_in(address, length)
-            if register.kind is not Kind.STRING and (self.schema or register.length == _WORD)
+            if register.kind is not RegisterKind.STRING and (self.schema or register.length == _WORD)
         ]
 
 

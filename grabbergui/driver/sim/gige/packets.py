@@ -27,10 +27,10 @@ from grabbergui.driver.gige.gvsp import (
     IP_UDP_BYTES,
     GendcPosition,
     Leader,
-    Part,
     PartPosition,
     PartType,
     PayloadKind,
+    PayloadPart,
     Trailer,
     payload_stride,
 )
@@ -66,7 +66,7 @@ _PART_TYPES = {
 
 
 @dataclass
-class Block:
+class FramePackets:
     """A frame cut into packets: 0 is the leader, 1 to n the payload, n + 1 the trailer."""
 
     plan: FramePlan
@@ -205,13 +205,13 @@ class Block:
             return None
         return np.frombuffer(b"".join(rows), np.uint8).reshape(len(rows), -1)
 
-    def _part(self, piece: Piece) -> Part:
+    def _part(self, piece: Piece) -> PayloadPart:
         settings = self.plan.settings
         shape = (settings.width, settings.height, settings.offset_x, settings.offset_y, 0, 0)
         if piece.kind is ComponentKind.METADATA:
-            return Part(PartType.CHUNK, piece.length, 0, (0, 0, 0, 0, 0, 0))
+            return PayloadPart(PartType.CHUNK, piece.length, 0, (0, 0, 0, 0, 0, 0))
         data_type = _PART_TYPES.get(piece.kind, PartType.IMAGE_2D)
-        return Part(data_type, piece.length, piece.pixel_format.code, shape, purpose=piece.kind)
+        return PayloadPart(data_type, piece.length, piece.pixel_format.code, shape, purpose=piece.kind)
 
     @property
     def _format(self) -> PacketFormat:

@@ -8,7 +8,7 @@ from importlib import resources
 
 from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import (
-    Capability,
+    GvcpCapability,
     GvcpConfiguration,
     MessageCapability,
     StreamChannel,
@@ -18,7 +18,7 @@ from grabbergui.driver.gige.identity import Identity
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.camera_xml import with_transport, zipped
 from grabbergui.driver.sim.gige.deviations import Deviations
-from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory
+from grabbergui.driver.sim.memory import Register, RegisterKind, RegisterMemory
 from grabbergui.driver.sim.model import CameraModel
 
 XML_ADDRESS = 0x200000
@@ -28,24 +28,24 @@ LEAST_HEARTBEAT_MS = 500
 SMALLEST_PACKET = 576
 
 _CAPABILITY = (
-    Capability.CONCATENATION
-    | Capability.WRITEMEM
-    | Capability.PACKETRESEND
-    | Capability.EVENT
-    | Capability.EVENTDATA
-    | Capability.PENDING_ACK
-    | Capability.ACTION
-    | Capability.SCHEDULED_ACTION
-    | Capability.IEEE1588
-    | Capability.TEST_DATA
-    | Capability.PRIMARY_APPLICATION
-    | Capability.HEARTBEAT_DISABLE
-    | Capability.SERIAL_NUMBER
-    | Capability.USER_NAME
-    | Capability.SWITCHOVER
+    GvcpCapability.CONCATENATION
+    | GvcpCapability.WRITEMEM
+    | GvcpCapability.PACKETRESEND
+    | GvcpCapability.EVENT
+    | GvcpCapability.EVENTDATA
+    | GvcpCapability.PENDING_ACK
+    | GvcpCapability.ACTION
+    | GvcpCapability.SCHEDULED_ACTION
+    | GvcpCapability.IEEE1588
+    | GvcpCapability.TEST_DATA
+    | GvcpCapability.PRIMARY_APPLICATION
+    | GvcpCapability.HEARTBEAT_DISABLE
+    | GvcpCapability.SERIAL_NUMBER
+    | GvcpCapability.USER_NAME
+    | GvcpCapability.SWITCHOVER
     | 0x00100000  # unconditional action
     | 0x00440000  # extended status codes
-    | Capability.LINK_SPEED
+    | GvcpCapability.LINK_SPEED
 )
 _STREAM_CAPABILITY = 0x80000000 | 0x40000000
 "The camera reports its source port and supports 16-bit block ids."
@@ -56,16 +56,16 @@ _REGISTERS: list[Register] = []
 def _register(
     name: str, address: int, default: int = 0, *, writable: bool = False, high: int = 0xFFFFFFFF
 ) -> Register:
-    register = Register(name, address, Kind.UINT32, 4, default, writable, 0, high)
+    register = Register(name, address, RegisterKind.UINT32, 4, default, writable, 0, high)
     _REGISTERS.append(register)
     return register
 
 
 def _field(name: str, field: bootstrap.Field, text: str = "", *, writable: bool = False) -> Register:
-    return Register(name, field.address, Kind.STRING, field.length, text, writable)
+    return Register(name, field.address, RegisterKind.STRING, field.length, text, writable)
 
 
-_R = bootstrap.Register
+_R = bootstrap.BootstrapRegister
 CURRENT_IP = _register("current IP", _R.CURRENT_IP)
 SUBNET_MASK = _register("current subnet mask", _R.CURRENT_SUBNET_MASK)
 GATEWAY = _register("current gateway", _R.CURRENT_GATEWAY)

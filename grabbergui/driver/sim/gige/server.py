@@ -19,9 +19,9 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import EVENT_ID_BASE, EventSelector, TransportLayer
 from grabbergui.driver.sim.file_store import FileStore
 from grabbergui.driver.sim.gige import registers as gev
-from grabbergui.driver.sim.gige.control import ControlChannel, Outgoing
+from grabbergui.driver.sim.gige.control import ControlResponder, OutgoingDatagram
 from grabbergui.driver.sim.gige.deviations import Deviations
-from grabbergui.driver.sim.gige.stream import REBOOT_S, Faults, StreamSender, StreamSettings
+from grabbergui.driver.sim.gige.stream import REBOOT_S, GigeFaults, StreamSender, StreamSettings
 from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.scene import Scene
@@ -47,7 +47,7 @@ class GigeCamera:
         *,
         power_on: Mapping[Register, RegisterValue] | None = None,
         scene: Scene | None = None,
-        faults: Faults | None = None,
+        faults: GigeFaults | None = None,
         deviations: Deviations | None = None,
         bandwidth: float = GIGABIT,
         segmentation: bool = False,
@@ -71,14 +71,14 @@ class GigeCamera:
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT_MODE, 1)
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT, max(int(bandwidth * _PAYLOAD_SHARE), 1))
         self._scene = scene
-        self._faults = faults or Faults()
+        self._faults = faults or GigeFaults()
         self._deviations = deviations or Deviations()
         self._bandwidth = bandwidth
         self._segmentation = segmentation
         self._on_sent = on_sent
         self._flash: dict[Register, RegisterValue] = {}
         self._files = FileStore()
-        self._queue: list[tuple[float, int, Outgoing]] = []
+        self._queue: list[tuple[float, int, OutgoingDatagram]] = []
         self._order = itertools.count()
         # Reentrant: a command may raise an event.
         self._channel = threading.RLock()
@@ -150,8 +150,8 @@ class GigeCamera:
             memory.set(gev.LINK_SPEED, max(int(self._bandwidth * 8 / 1e6), 1))
         return memory
 
-    def _make_control(self, memory: RegisterMemory) -> ControlChannel:
-        return ControlChannel(self.model, memory, self._deviations)
+    def _make_control(self, memory: RegisterMemory) -> ControlResponder:
+        return ControlResponder(self.model, memory, self._deviations)
 
     def _address_at_power_on(self) -> str:
         """Return the persistent address if it is enabled and available; else the present one."""
@@ -250,11 +250,11 @@ class GigeCamera:
                 self._transmit(heapq.heappop(self._queue)[2])
             self.control.run_deferred()
 
-    def _enqueue(self, outgoing: Sequence[Outgoing]) -> None:
+    def _enqueue(self, outgoing: Sequence[OutgoingDatagram]) -> None:
         for out in outgoing:
             heapq.heappush(self._queue, (out.due + self._faults.delay, next(self._order), out))
 
-    def _transmit(self, out: Outgoing) -> None:
+    def _transmit(self, out: OutgoingDatagram) -> None:
         try:
             self._sockets[0].sendto(out.datagram, out.to)
         except OSError as error:
@@ -322,7 +322,7 @@ def serve(
     serial: str = "",
     power_on: Mapping[Register, RegisterValue] | None = None,
     scene: Callable[[], Scene] | None = None,
-    faults: Faults | None = None,
+    faults: GigeFaults | None = None,
     deviations: Deviations | None = None,
     bandwidth: float = GIGABIT,
     segmentation: bool = False,

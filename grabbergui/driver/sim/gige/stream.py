@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.gige.gvcp import PacketResend, Status
-from grabbergui.driver.sim.gige.packets import Block, DatagramBatch, test_packet, unavailable
+from grabbergui.driver.sim.gige.packets import DatagramBatch, FramePackets, test_packet, unavailable
 from grabbergui.driver.sim.model import CameraModel, FramePlan
 
 log = logging.getLogger(__name__)
@@ -27,7 +27,7 @@ _LONGEST_DELAY_S = 10.0
 
 
 @dataclass(frozen=True)
-class Faults:
+class GigeFaults:
     """Faults on request; none by default."""
 
     loss: float = 0.0
@@ -69,7 +69,7 @@ REBOOT_S = 2.0
 class PacketFaults:
     """Decides packet by packet. Use from one thread, or under a lock."""
 
-    def __init__(self, faults: Faults) -> None:
+    def __init__(self, faults: GigeFaults) -> None:
         self._faults = faults
         self._random = np.random.default_rng(faults.seed)
 
@@ -125,7 +125,7 @@ class StreamSender:
         self,
         model: CameraModel,
         address: str,
-        faults: Faults,
+        faults: GigeFaults,
         bandwidth: float,
         *,
         segmentation: bool,
@@ -147,7 +147,7 @@ class StreamSender:
         "By channel."
         self._batches: dict[int, DatagramBatch] = {}
         "Of the open channels; a channel that is closed and opened again has another."
-        self._kept: OrderedDict[int, dict[int, Block]] = OrderedDict()
+        self._kept: OrderedDict[int, dict[int, FramePackets]] = OrderedDict()
         "Frames by block id, as each channel sent them; their payload is the same."
         self._lock = threading.Lock()
         self._stopping = threading.Event()
@@ -247,7 +247,9 @@ class StreamSender:
             return
         payload, trailing = storage[:used], self._faults.height_in_trailer
         blocks = {
-            channel: Block(plan, payload, settings[channel].packet_size, settings[channel].extended, trailing)
+            channel: FramePackets(
+                plan, payload, settings[channel].packet_size, settings[channel].extended, trailing
+            )
             for channel in batches
         }
         with self._lock:
@@ -271,7 +273,9 @@ class StreamSender:
                 return base
         return np.empty(size, np.uint8)
 
-    def _send_block(self, block: Block, batch: DatagramBatch, settings: StreamSettings, channel: int) -> None:
+    def _send_block(
+        self, block: FramePackets, batch: DatagramBatch, settings: StreamSettings, channel: int
+    ) -> None:
         """Send a frame, as long as its channel is open and leads to the same destination."""
         order = np.arange(block.payload_packets)
         leader = trailer = True

@@ -40,7 +40,7 @@ from grabbergui.driver.u3v.gencp import (
     parse_write_memory,
     reserved_and_value,
 )
-from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, TransferPlan
+from grabbergui.driver.u3v.stream_protocol import Leader, Trailer, TransferPlan, U3vPayloadType
 
 TRANSFERS_AHEAD = 4
 "Transfers left in the stream pipe at which the next frame is rendered."
@@ -318,9 +318,9 @@ class SimulatedU3vDevice:
         self, frame: FramePlan, payload: memoryview, plan: TransferPlan, number: int
     ) -> list[bytes | memoryview]:
         settings = frame.settings
-        kind = _PAYLOAD_TYPES.get(settings.payload_type, PayloadType.IMAGE)
-        if kind is PayloadType.IMAGE and frame.chunk_values:
-            kind = PayloadType.IMAGE_EXTENDED_CHUNK
+        kind = _PAYLOAD_TYPES.get(settings.payload_type, U3vPayloadType.IMAGE)
+        if kind is U3vPayloadType.IMAGE and frame.chunk_values:
+            kind = U3vPayloadType.IMAGE_EXTENDED_CHUNK
         leader = Leader(
             frame.frame_id - 1,
             kind,
@@ -348,8 +348,8 @@ class SimulatedU3vDevice:
 
 
 _PAYLOAD_TYPES = {
-    FrameContent.CHUNK: PayloadType.CHUNK,
-    FrameContent.GENDC: PayloadType.GENDC_CONTAINER,
+    FrameContent.CHUNK: U3vPayloadType.CHUNK,
+    FrameContent.GENDC: U3vPayloadType.GENDC_CONTAINER,
 }
 "Other kinds than one image that USB3 Vision knows."
 
