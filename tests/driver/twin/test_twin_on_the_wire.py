@@ -18,7 +18,7 @@ from grabbergui import sources
 from grabbergui.cli import features as features_command
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError
 from grabbergui.core.grabber import Access
-from grabbergui.driver.gige.bootstrap import GvcpCapability
+from grabbergui.driver.gige.bootstrap import GvcpCapability, StreamChannel
 from grabbergui.driver.gige.discovery import ask
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.deviations import Deviations
@@ -70,6 +70,9 @@ DEVIATIONS = {
     "falsely declared": Deviations(little_endian=True, declared_big_endian=True),
     "no WRITEMEM": Deviations(absent=GvcpCapability.WRITEMEM | GvcpCapability.PACKETRESEND),
     "refusals": Deviations(refused={reg.GAIN_RAW.address: 0x8006, 0x0400: 0x8003}),
+    "short accesses": Deviations(longest_access=256),
+    "a packet size that stays": Deviations(read_only=frozenset({StreamChannel(0).packet_size})),
+    "damaged archive": Deviations(damaged_archive=True),
 }
 
 
