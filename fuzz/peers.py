@@ -18,7 +18,7 @@ from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os import admin, carrier
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.connection import YarpConnection
 from grabbergui.net.yarp.os.contact import Contact
 from grabbergui.net.yarp.os.name_server import NameDatabase
 from grabbergui.net.yarp.os.target import Target
@@ -149,7 +149,7 @@ def _names(source: Input) -> None:
 
 def _connections(source: Input) -> None:
     side = source.number(1)
-    connection = Connection(opener=bool(side & 1))
+    connection = YarpConnection(opener=bool(side & 1))
     for data in source.messages():
         connection.receive_data(data)
         for _ in range(MOST_EVENTS):

@@ -115,7 +115,7 @@ def nested_categories(count: int) -> None:
 
 
 def vertices(count: int) -> None:
-    grabber_values.read_values((grabber_values.Kind.VERTICES,), [[1, 2] * count], Dialect.YARP3)
+    grabber_values.read_values((grabber_values.ValueKind.VERTICES,), [[1, 2] * count], Dialect.YARP3)
 
 
 class OnePort:

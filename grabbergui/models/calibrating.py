@@ -69,7 +69,7 @@ class BoardPreview(Preview):
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class CalibrationSolution:
     """A calibration with the views it was computed from."""
 
     result: Result
@@ -89,7 +89,7 @@ class CalibratingModel:
 
     ready = Signal()
     """`take` returns a new preview."""
-    solved = Signal(Solution)
+    solved = Signal(CalibrationSolution)
     saved = Signal(Path)
     unsolved = Signal(str)
     """The newest request to solve failed; a sentence as display text."""
@@ -285,7 +285,9 @@ class CalibratingModel:
         if used is not None:
             self._left_out = frozenset(range(len(result.errors))) - used
         chosen = frozenset(number for number, error in enumerate(result.errors) if np.isfinite(error))
-        self.solved.emit(Solution(result, chosen, [view.image for view in self._collector.views], request))
+        self.solved.emit(
+            CalibrationSolution(result, chosen, [view.image for view in self._collector.views], request)
+        )
 
 
 def verdict_text(verdict: ViewVerdict) -> str:

@@ -17,7 +17,7 @@ from psygnal import Signal
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.models.change import Change, Origin
-from grabbergui.models.undo_steps import Direction, Step, UndoHistory, continues
+from grabbergui.models.undo_steps import Direction, UndoHistory, UndoStep, continues
 
 MOST_CHANGES = 2000
 "Most changes kept in the log."
@@ -52,7 +52,7 @@ class ChangeJournal:
         self._count = 0
         self._held: dict[str, float] = {}
         "Start of each interaction: controls that the user drags or types into."
-        self._step: Step | None = None
+        self._step: UndoStep | None = None
         self._reverting: Direction | None = None
         self._owed: tuple[Direction, dict[SettingKey, FeatureValue]] = (Direction.UNDO, {})
         "Values that the last undone or redone steps could not restore."
@@ -129,7 +129,7 @@ class ChangeJournal:
             self._held.pop(name, None)
 
     @contextmanager
-    def within(self, step: Step) -> Iterator[None]:
+    def within(self, step: UndoStep) -> Iterator[None]:
         """Join all writes in the block into one step. On the source's own thread."""
         with self._lock:
             self._step, outer = step, self._step
@@ -140,7 +140,7 @@ class ChangeJournal:
                 self._step = outer
 
     @contextmanager
-    def reverting(self, direction: Direction) -> Iterator[Step | None]:
+    def reverting(self, direction: Direction) -> Iterator[UndoStep | None]:
         """Yield the step to undo or redo, if any; writes within the block form no step of their own.
 
         After the block the step can be reverted the other way; if the block raised, it can be tried again.

@@ -196,7 +196,7 @@ class CameraFacts:
 
 
 @dataclass(frozen=True)
-class Observation:
+class StreamObservation:
     """What the window observes of a streaming source."""
 
     source: str
@@ -230,7 +230,7 @@ class Diagnosis:
     advice: str
 
 
-def diagnose(seen: Observation) -> Diagnosis | None:
+def diagnose(seen: StreamObservation) -> Diagnosis | None:
     """Return the fault; None if there is none or if it is too early to know."""
     if seen.problem:
         return Diagnosis(
@@ -252,7 +252,7 @@ def diagnose(seen: Observation) -> Diagnosis | None:
     return None
 
 
-def _silent(seen: Observation) -> Diagnosis:
+def _silent(seen: StreamObservation) -> Diagnosis:
     count = seen.statistics
     if seen.silence and _GIGE in seen.bus:
         if count.packets:
@@ -332,12 +332,12 @@ def _black(facts: CameraFacts) -> Diagnosis:
 _GIGE = "GigE"
 
 
-def _nothing_arrives(seen: Observation) -> str:
+def _nothing_arrives(seen: StreamObservation) -> str:
     text = translate("Diagnosis", "{0} is under control but sends nothing that arrives here.")
     return text.format(seen.source)
 
 
-def _no_packets(seen: Observation) -> Diagnosis:
+def _no_packets(seen: StreamObservation) -> Diagnosis:
     summary = _nothing_arrives(seen)
     if _GIGE not in seen.bus:
         advice = translate("Diagnosis", "Stop and start again; check the camera's cable and power.")

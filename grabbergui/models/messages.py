@@ -60,7 +60,7 @@ MOST_TEXT = 2000
 
 
 @dataclass(frozen=True)
-class Message:
+class UserMessage:
     """One message. Equal source and cause make two messages the same; without a cause, equal source and text.
 
     A message about a source is shown while that source is the current one, others are always shown.
@@ -85,7 +85,7 @@ class Message:
             text = text[0].upper() + text[1:]
         return text if self.count == 1 else f"{text}  (×{self.count})"
 
-    def is_same(self, other: Message) -> bool:
+    def is_same(self, other: UserMessage) -> bool:
         """Return whether two messages are the same."""
         same_text = self.cause is not None or self.text == other.text
         return (self.source, self.cause) == (other.source, other.cause) and same_text
@@ -99,12 +99,12 @@ class MessageModel:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.RLock()
-        self._messages: tuple[Message, ...] = ()
+        self._messages: tuple[UserMessage, ...] = ()
         "The newest first."
         self._dismissed: list[tuple[OpenSource | None, Cause]] = []
         "Sources and causes whose messages the user dismissed before the cause ended."
 
-    def shown(self, source: OpenSource | None) -> tuple[Message, ...]:
+    def shown(self, source: OpenSource | None) -> tuple[UserMessage, ...]:
         """Return the messages to show while `source` is the current one, the newest first."""
         now = self._clock()
         return tuple(
@@ -115,13 +115,13 @@ class MessageModel:
 
     def error(self, text: str, source: OpenSource | None = None) -> None:
         """Report that one action failed."""
-        self.post(Message(text, Severity.ERROR, source), seconds=ERROR_SECONDS)
+        self.post(UserMessage(text, Severity.ERROR, source), seconds=ERROR_SECONDS)
 
     def notice(self, text: str, source: OpenSource | None = None) -> None:
         """Report for a moment that something was done or changed by itself."""
-        self.post(Message(text, Severity.NOTICE, source), seconds=NOTICE_SECONDS)
+        self.post(UserMessage(text, Severity.NOTICE, source), seconds=NOTICE_SECONDS)
 
-    def post(self, message: Message, seconds: float | None = None, *, logged: bool = False) -> None:
+    def post(self, message: UserMessage, seconds: float | None = None, *, logged: bool = False) -> None:
         """Show a message in place of the same one, for `seconds` or until `end`.
 
         The message is logged unless it has been `logged` before. Without a cause, the same message again only
@@ -159,7 +159,7 @@ class MessageModel:
             self._dismissed = [each for each in self._dismissed if each[0] is not source]
             self._keep(lambda message: message.source is not source)
 
-    def dismiss(self, message: Message) -> None:
+    def dismiss(self, message: UserMessage) -> None:
         """Remove a message that the user has read. A lasting cause then stays silent until it ends."""
         with self._lock:
             if message.cause is not None and message.ends is None:
@@ -176,7 +176,7 @@ class MessageModel:
         now = self._clock()
         self._keep(lambda message: message.ends is None or message.ends > now)
 
-    def _keep(self, wanted: Callable[[Message], bool]) -> None:
+    def _keep(self, wanted: Callable[[UserMessage], bool]) -> None:
         with self._lock:
             kept = tuple(message for message in self._messages if wanted(message))
             if kept == self._messages:

@@ -31,7 +31,7 @@ from grabbergui.models.light import Light
 from grabbergui.models.parameter_search import Law, light_factor
 from grabbergui.models.tuning import TuningCancelledError, TuningError, TuningRun
 from grabbergui.models.tuning_parameter import TuningParameter, automatic_once, switch_to_manual
-from grabbergui.models.undo_steps import Step
+from grabbergui.models.undo_steps import UndoStep
 
 log = logging.getLogger(__name__)
 
@@ -61,7 +61,7 @@ class OnePush:
         """Start a tuning; `name` labels its undo step. Return False if one is in progress already."""
         if self._current is not None:
             return False
-        self._current = run = TuningRun(grabber, features, Step(name), self.progressed.emit)
+        self._current = run = TuningRun(grabber, features, UndoStep(name), self.progressed.emit)
         thread = threading.Thread(target=self._run, args=(name, tuning, run), name="tuning", daemon=True)
         self._thread = thread
         thread.start()

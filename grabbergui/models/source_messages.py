@@ -11,7 +11,7 @@ from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, 
 from grabbergui.core.grabber import Access
 from grabbergui.models.error_text import error_text, lost_text, returned_text
 from grabbergui.models.language import localized, translate
-from grabbergui.models.messages import ERROR_SECONDS, Cause, Message, MessageModel, Offer, Severity
+from grabbergui.models.messages import ERROR_SECONDS, Cause, MessageModel, Offer, Severity, UserMessage
 from grabbergui.models.open_source import LinkState, OpenSource
 
 
@@ -64,7 +64,7 @@ class LinkMessages:
         since = time.strftime("%H:%M:%S", time.localtime(time.time() - passed))
         text = text.format(since, lost_text(source.title, reason))
         self.model.end(source, Cause.LINK)  # show it even if the user dismissed the previous one
-        lost = Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses)
+        lost = UserMessage(text, Severity.ERROR, source, Cause.LINK, count=source.losses)
         self.model.post(lost, logged=True)
         return text
 
@@ -77,7 +77,7 @@ class LinkMessages:
             text = f"{text}, {returned_text(unlike, changed)}"
         differs = bool(unlike or changed)
         severity = Severity.WARNING if differs else Severity.NOTICE
-        message = Message(text, severity, source, Cause.LINK, count=source.losses)
+        message = UserMessage(text, severity, source, Cause.LINK, count=source.losses)
         self.model.end(source, Cause.LINK)
         # Differences stay until the user dismisses them.
         self.model.post(message, seconds=None if differs else BACK_SECONDS, logged=True)
@@ -91,7 +91,7 @@ class LinkMessages:
         if source.access is Access.TAKE_OVER and source.held:
             text = translate("Connection", "control was not given: {0}; still read only")
         offer = Offer(translate("Connection", "Take control"), take_control)
-        self.model.post(Message(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,)))
+        self.model.post(UserMessage(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,)))
 
     def took_control(self, source: OpenSource) -> None:
         """Post that this window now controls a source that it could only read before."""
@@ -109,9 +109,9 @@ class LinkMessages:
         if not isinstance(error, TransportError):
             self.model.error(text, source)
         elif source.state is not LinkState.LOST:
-            self.model.post(Message(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
+            self.model.post(UserMessage(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
 
     def not_opened(self, text: str, *, lasting: bool) -> None:
         """Post that a source could not be opened; with `lasting`, until the next attempt."""
         seconds = None if lasting else ERROR_SECONDS
-        self.model.post(Message(text, Severity.ERROR, cause=Cause.OPENING), seconds=seconds)
+        self.model.post(UserMessage(text, Severity.ERROR, cause=Cause.OPENING), seconds=seconds)

@@ -69,7 +69,7 @@ _TONES = {
 
 
 @dataclass(frozen=True)
-class Sighting:
+class SourceReading:
     """Observations of a source at one moment, from which `condition` follows."""
 
     link: LinkState
@@ -193,7 +193,7 @@ class StatusModel:
             return SourceStatus()
         watch = self._watches.get(source)
         if watch is None:
-            return SourceStatus(Sighting(source.state, bool(source.read_only)).condition)
+            return SourceStatus(SourceReading(source.state, bool(source.read_only)).condition)
         held = self.held and source is self._connection.source
         return watch.status(self._clock(), held, self.recorded(source))
 
@@ -244,7 +244,7 @@ class _Watch:
     def status(self, now: float, held: bool, recorded: bool) -> SourceStatus:
         """Return the status that follows from the observations."""
         source, statistics = self._source, self._statistics
-        sighting = Sighting(
+        sighting = SourceReading(
             source.state,
             bool(source.read_only),
             statistics.frames if statistics is not None else 0,

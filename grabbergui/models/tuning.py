@@ -23,7 +23,7 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber, write_value
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
 from grabbergui.models.light import Light, measure_light
-from grabbergui.models.undo_steps import Direction, Step
+from grabbergui.models.undo_steps import Direction, UndoStep
 
 T = TypeVar("T")
 
@@ -59,7 +59,7 @@ class TuningRun:
         self,
         grabber: ChangeTrackingGrabber,
         features: FeatureTreeModel,
-        step: Step,
+        step: UndoStep,
         say: Callable[[float, str], None],
     ) -> None:
         """`say` is called with the progress (0 … 1) and the state as display text."""

@@ -41,7 +41,7 @@ class Direction(Enum):
 
 
 @dataclass(eq=False)
-class Step:
+class UndoStep:
     """Changes that are undone together. Pass it to `ChangeJournal.within` to group several writes."""
 
     cause: str = ""
@@ -90,10 +90,10 @@ class UndoHistory:
     """Steps done and steps undone, the newest last; the oldest are dropped. One thread at a time."""
 
     def __init__(self) -> None:
-        self._steps: dict[Direction, deque[Step]] = {way: deque(maxlen=MOST_STEPS) for way in Direction}
+        self._steps: dict[Direction, deque[UndoStep]] = {way: deque(maxlen=MOST_STEPS) for way in Direction}
         self._interrupted = False
 
-    def next(self, direction: Direction) -> Step | None:
+    def next(self, direction: Direction) -> UndoStep | None:
         """Return the step that would be undone or redone next."""
         steps = self._steps[direction]
         return steps[-1] if steps else None
@@ -102,16 +102,16 @@ class UndoHistory:
         self,
         changes: Iterable[Change],
         intended: SettingKey,
-        step: Step | None,
+        step: UndoStep | None,
         now: float,
         since: float | None = None,
-    ) -> Step:
+    ) -> UndoStep:
         """Add changes to `step`, or else to the previous step if they continue it. Return their step.
 
         A step of a single control continues while the user holds the control (`since` this moment), or writes
         it again within `STEP_PAUSE`, unless something else changes in between.
         """
-        step = step or self._continued(intended, now, since) or Step()
+        step = step or self._continued(intended, now, since) or UndoStep()
         for change in changes:
             step.add(change, now)
         step.intended = intended
@@ -128,17 +128,17 @@ class UndoHistory:
         """Let the next change start a step of its own, after something that cannot be undone."""
         self._interrupted = True
 
-    def take(self, direction: Direction) -> Step | None:
+    def take(self, direction: Direction) -> UndoStep | None:
         """Remove and return the next step. The caller must `put` it on one of the two stacks afterwards."""
         self._interrupted = True
         steps = self._steps[direction]
         return steps.pop() if steps else None
 
-    def put(self, direction: Direction, step: Step) -> None:
+    def put(self, direction: Direction, step: UndoStep) -> None:
         """Put a step on the stack of the direction in which it can be reverted next."""
         self._steps[direction].append(step)
 
-    def _continued(self, key: SettingKey, now: float, since: float | None) -> Step | None:
+    def _continued(self, key: SettingKey, now: float, since: float | None) -> UndoStep | None:
         """Return the previous step if a write of this setting continues it."""
         step = self.next(Direction.UNDO)
         if step is None or step.cause or self._interrupted:

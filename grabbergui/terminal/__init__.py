@@ -40,7 +40,7 @@ _ON_FILES = {"snapshot", "save", "load", "grab"}
 
 
 @dataclass(frozen=True)
-class Command:
+class TerminalCommand:
     """One command of the terminal."""
 
     arguments: str
@@ -71,35 +71,39 @@ class Interpreter:
         self._folder = folder or Path.cwd()
         self.finished = False
         "Set by `exit`."
-        self.commands: dict[str, Command] = {
-            "list_features": Command(
+        self.commands: dict[str, TerminalCommand] = {
+            "list_features": TerminalCommand(
                 "[TEXT]",
                 "beginner and expert features with values; with TEXT: all whose name contains it",
                 self._list_features,
             ),
-            "get_feature": Command("NAME", "a feature's value and range", self._get_feature),
-            "set_feature": Command(
+            "get_feature": TerminalCommand("NAME", "a feature's value and range", self._get_feature),
+            "set_feature": TerminalCommand(
                 "NAME VALUE", "write a value; this switches off its automatic mode", self._set_feature
             ),
-            "run": Command("NAME", "execute a command of the camera", self._run),
-            "auto": Command("NAME [Continuous|Once|Off]", "set a feature's automatic mode", self._auto),
-            "mode": Command("NAME", "whether a feature is set by hand or by the camera", self._mode),
-            "start": Command("", "start the stream", self._start),
-            "stop": Command("", "stop the stream, for everybody", self._stop),
-            "watch": Command(
+            "run": TerminalCommand("NAME", "execute a command of the camera", self._run),
+            "auto": TerminalCommand(
+                "NAME [Continuous|Once|Off]", "set a feature's automatic mode", self._auto
+            ),
+            "mode": TerminalCommand("NAME", "whether a feature is set by hand or by the camera", self._mode),
+            "start": TerminalCommand("", "start the stream", self._start),
+            "stop": TerminalCommand("", "stop the stream, for everybody", self._stop),
+            "watch": TerminalCommand(
                 "NAME [SECONDS]",
                 "a feature's values for a while (2, at most 5 s)",
                 self._watch,
             ),
-            "grab": Command("N [FOLDER]", "save the next N frames (at most 100)", self._grab),
-            "snapshot": Command(
+            "grab": TerminalCommand("N [FOLDER]", "save the next N frames (at most 100)", self._grab),
+            "snapshot": TerminalCommand(
                 "[FOLDER]", "save the next frame, as PNG, or TIFF for more than 8 bits", self._snapshot
             ),
-            "save": Command("FILE", "save all settings: .yaml, or GenICam's own format", self._save),
-            "load": Command("FILE", "load settings and report the outcome of each", self._load),
-            "stats": Command("", "frames, losses and rates since the stream was started", self._stats),
-            "help": Command("", "this list", self._help),
-            "exit": Command("", "leave; ends a server", self._exit),
+            "save": TerminalCommand("FILE", "save all settings: .yaml, or GenICam's own format", self._save),
+            "load": TerminalCommand("FILE", "load settings and report the outcome of each", self._load),
+            "stats": TerminalCommand(
+                "", "frames, losses and rates since the stream was started", self._stats
+            ),
+            "help": TerminalCommand("", "this list", self._help),
+            "exit": TerminalCommand("", "leave; ends a server", self._exit),
         }
         "The commands by name, for completion too."
         if remote:

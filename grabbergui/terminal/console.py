@@ -60,7 +60,7 @@ class FeatureCompleter(Completer):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ConsoleEnd:
     """How a console ended."""
 
     left: bool
@@ -69,7 +69,7 @@ class Outcome:
     "Number of lines of a script that failed; 0 at a terminal, where the user saw the errors."
 
 
-def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> Outcome:
+def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> ConsoleEnd:
     """Read and run commands until `exit`, the end of the input, or `finished`, which ends long commands too.
 
     With a terminal it prompts and completes; without one it reads lines, for scripts.
@@ -85,7 +85,7 @@ def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) 
             print_lines(text.split("\n"), error=not worked, flush=True)
         if interpreter.finished or finished():
             break
-    return Outcome(left=interpreter.finished or interactive, refused=refused)
+    return ConsoleEnd(left=interpreter.finished or interactive, refused=refused)
 
 
 def _piped(finished: Callable[[], bool]) -> Iterator[str]:

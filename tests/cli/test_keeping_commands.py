@@ -11,7 +11,7 @@ from grabbergui.cli import EXIT_FAILURE, CommandParser, features, grab, main, re
 from grabbergui.cli.arguments import Outage
 from grabbergui.core.errors import GrabberError, MissingFileError, TransportError, UsageError
 from grabbergui.driver.camera import Camera
-from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
+from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
 from grabbergui.recording.opening import open_recording
 from lost_camera import away
 
@@ -85,7 +85,7 @@ def test_a_loss_before_the_written_values_were_read_back_is_the_failure(tmp_path
     (tmp_path / "a.yaml").write_text("features:\n  Gamma: 2\n")
 
     def load_onto(grabber, wanted, **options):
-        settings = tuple(SettingReport(key, 2, Outcome.WRITTEN, 1, 2) for key in wanted.settings)
+        settings = tuple(SettingReport(key, 2, SettingOutcome.WRITTEN, 1, 2) for key in wanted.settings)
         return LoadReport(settings, wanted, "interrupted: the cable is out", interrupted=True)
 
     monkeypatch.setattr(features, "load_onto", load_onto)

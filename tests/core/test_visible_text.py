@@ -15,7 +15,7 @@ from grabbergui.core.features import MOST_TITLE, Category, EnumEntry, FeatureDes
 from grabbergui.core.identity import MOST_NAME, DeviceInfo
 from grabbergui.core.visible_text import print_json, print_line, print_lines, print_note, shortened, visible
 from grabbergui.models.features.number_text import MOST_UNIT, unit_text
-from grabbergui.models.messages import MOST_TEXT, Message
+from grabbergui.models.messages import MOST_TEXT, UserMessage
 
 PACKAGE = Path(grabbergui.__file__).parent
 TO_MACHINES = {"setup/completion.py", "ui/run/standalone.py"}
@@ -101,5 +101,5 @@ def test_display_names_have_an_end():
         assert longest.title == longest.display_name
         assert made(name="Name", display_name="x" * (MOST_TITLE + 1)).title == "x" * (MOST_TITLE - 1) + "…"
     assert len(DeviceInfo("sim:", user_name="x" * 1000).title) == MOST_NAME
-    assert len(Message("x" * 10_000).sentence) == MOST_TEXT
+    assert len(UserMessage("x" * 10_000).sentence) == MOST_TEXT
     assert len(unit_text("x" * 1000)) == MOST_UNIT and unit_text("us") == "µs"

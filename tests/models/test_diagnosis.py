@@ -11,7 +11,15 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access
 from grabbergui.core.sfnc import Role
 from grabbergui.models import language
-from grabbergui.models.diagnosis import WINDOW, CameraFacts, Health, HealthMeter, Observation, Stage, diagnose
+from grabbergui.models.diagnosis import (
+    WINDOW,
+    CameraFacts,
+    Health,
+    HealthMeter,
+    Stage,
+    StreamObservation,
+    diagnose,
+)
 
 BEFORE = {"frames": 100, "packets": 100_000}
 BY_EXPOSURE = frozenset({Role.EXPOSURE})
@@ -61,10 +69,10 @@ def test_every_counter_is_in_the_details():
         assert words in found.detail
 
 
-SILENT = Observation(
+SILENT = StreamObservation(
     "Acme One", address="10.0.0.7", bus="GigE Vision", seconds=5.0, silent=5.0, statistics=StreamStatistics()
 )
-RUNNING = Observation(
+RUNNING = StreamObservation(
     "Acme One", seconds=60.0, silent=0.04, statistics=StreamStatistics(frames=900), received=900,
     painted=900, mean=90.0,
 )  # fmt: skip

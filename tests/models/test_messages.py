@@ -11,9 +11,9 @@ from grabbergui.models.messages import (
     MOST_MESSAGES,
     NOTICE_SECONDS,
     Cause,
-    Message,
     MessageModel,
     Severity,
+    UserMessage,
 )
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.source_messages import CurrentMessages
@@ -42,7 +42,7 @@ def stage():
 
 
 def lost(source, count=1):
-    return Message("connection lost", Severity.ERROR, source, Cause.LINK, count=count)
+    return UserMessage("connection lost", Severity.ERROR, source, Cause.LINK, count=count)
 
 
 def test_a_message_of_a_camera_is_shown_while_that_is_the_current_one(stage):
@@ -59,7 +59,7 @@ def test_repeated_losses_are_one_line_with_a_count_that_ends_with_the_return(sta
     stage.model.post(lost(stage.one, 2))
     (line,) = stage.model.shown(stage.one)
     assert line.sentence == "Connection lost  (×2)" and line.ends is None
-    back = Message("back after 4 s, set as before", Severity.NOTICE, stage.one, Cause.LINK, count=2)
+    back = UserMessage("back after 4 s, set as before", Severity.NOTICE, stage.one, Cause.LINK, count=2)
     stage.model.post(back, seconds=10)
     assert stage.texts(stage.one) == ["back after 4 s, set as before"]
     stage.now += 10
@@ -105,12 +105,12 @@ def test_the_same_failure_again_counts_and_stays_as_long_as_a_new_one(stage):
 
 
 def test_a_dismissed_cause_stays_silent_until_it_ends(stage):
-    waiting = Message("waits for a trigger", source=stage.one, cause=Cause.TRIGGER)
+    waiting = UserMessage("waits for a trigger", source=stage.one, cause=Cause.TRIGGER)
     stage.model.post(waiting)
     stage.model.dismiss(waiting)
     stage.model.post(waiting)
     assert stage.texts(stage.one) == []
-    stage.model.post(Message("waits for a trigger", source=stage.two, cause=Cause.TRIGGER))
+    stage.model.post(UserMessage("waits for a trigger", source=stage.two, cause=Cause.TRIGGER))
     assert stage.texts(stage.two) == ["waits for a trigger"], "of another camera nobody has spoken"
     stage.model.end(stage.one, Cause.TRIGGER)
     stage.model.post(waiting)
@@ -127,7 +127,7 @@ def test_a_dismissed_failure_is_shown_when_it_happens_again(stage):
 def test_a_text_that_follows_its_cause_keeps_its_place(stage):
     for seconds in (3, 4):
         text = f"no frame for {seconds} s"
-        stage.model.post(Message(text, Severity.WARNING, stage.one, Cause.IMAGE))
+        stage.model.post(UserMessage(text, Severity.WARNING, stage.one, Cause.IMAGE))
         stage.model.notice("saved")
     assert stage.texts(stage.one) == ["saved", "no frame for 4 s"]
     stage.model.post(lost(stage.one))
@@ -154,4 +154,4 @@ def test_memory_is_bounded(stage):
      ("ExposureTime is locked", "ExposureTime is locked"), ("/data/x.mp4 is full", "/data/x.mp4 is full")],
 )  # fmt: skip
 def test_a_message_begins_with_a_capital_unless_it_begins_with_a_name(text, sentence):
-    assert Message(text).sentence == sentence
+    assert UserMessage(text).sentence == sentence

@@ -10,7 +10,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import set_translator
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import load_onto
-from grabbergui.models.undo_steps import Step
+from grabbergui.models.undo_steps import UndoStep
 from patience import PATIENCE
 
 
@@ -151,7 +151,7 @@ def test_a_loaded_set_is_one_step(sim):
             SettingKey("BalanceRatio", (("BalanceRatioSelector", "Blue"),)): 2.0,
         }
     )
-    with sim.journal.within(Step("Loaded a set")):
+    with sim.journal.within(UndoStep("Loaded a set")):
         assert load_onto(sim.tracked_grabber, wanted).settled
     assert sim.journal.next_text(UNDO) == "Loaded a set"
     assert {c.cause for c in sim.journal.changes} == {"Loaded a set"}

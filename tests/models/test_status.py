@@ -11,21 +11,21 @@ from grabbergui.core.grabber import ConnectionState
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Health, StreamHealth
 from grabbergui.models.open_source import LinkState
-from grabbergui.models.status import MOST_STEP, Condition, Sighting, SourceStatus, StatusModel, Tone
+from grabbergui.models.status import MOST_STEP, Condition, SourceReading, SourceStatus, StatusModel, Tone
 from patience import PATIENCE, until
 
-RUNNING = Sighting(LinkState.STREAMING, frames=100, silent=0.1)
+RUNNING = SourceReading(LinkState.STREAMING, frames=100, silent=0.1)
 SILENT = replace(RUNNING, silent=5.0)
-EMPTY = Sighting(LinkState.STREAMING, silent=0.5)
+EMPTY = SourceReading(LinkState.STREAMING, silent=0.5)
 
 
 @pytest.mark.parametrize(
     ("sighting", "condition"),
     [
-        (Sighting(LinkState.CLOSED), Condition.CLOSED),
-        (Sighting(LinkState.OPENING), Condition.CONNECTING),
-        (Sighting(LinkState.OPEN), Condition.STOPPED),
-        (Sighting(LinkState.OPEN, read_only=True), Condition.READ_ONLY),
+        (SourceReading(LinkState.CLOSED), Condition.CLOSED),
+        (SourceReading(LinkState.OPENING), Condition.CONNECTING),
+        (SourceReading(LinkState.OPEN), Condition.STOPPED),
+        (SourceReading(LinkState.OPEN, read_only=True), Condition.READ_ONLY),
         (replace(SILENT, link=LinkState.LOST, triggered=True, held=True), Condition.LOST),
         (RUNNING, Condition.LIVE),
         (replace(RUNNING, read_only=True), Condition.LIVE),

@@ -11,7 +11,7 @@ from grabbergui.core.frame_period import FRAME_WAIT
 from grabbergui.core.sfnc import Role
 from grabbergui.models import tuning
 from grabbergui.models.one_push import EXPOSURE_STEPS, expose, let_camera
-from grabbergui.models.undo_steps import Direction, Step
+from grabbergui.models.undo_steps import Direction, UndoStep
 from patience import PATIENCE
 
 
@@ -26,7 +26,7 @@ def test_no_frames_is_a_failure_that_says_what_to_do(stage, monkeypatch):
 @pytest.fixture
 def run(stage):
     s = stage()
-    run = tuning.TuningRun(s.tracked_grabber, s.features, Step("Exposure"), lambda *_: None)
+    run = tuning.TuningRun(s.tracked_grabber, s.features, UndoStep("Exposure"), lambda *_: None)
     run.grabber = s.grabber
     yield run
     run.close()

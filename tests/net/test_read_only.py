@@ -14,7 +14,7 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber
 from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.grabber_rpc import Call, Operation, encode_request, read_reply
-from grabbergui.net.yarp.grabber_values import Kind, tree_request
+from grabbergui.net.yarp.grabber_values import ValueKind, tree_request
 from grabbergui.net.yarp.os import admin
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.link import administer
@@ -129,7 +129,13 @@ def ask_everything_on_yarp(ports):
 def _any(operation):
     """Arguments of a request that only reads."""
     assert "set" not in operation.value[1].split()[1:2], f"decide what {operation} may set, above"
-    values = {Kind.INT: 8, Kind.FLOAT: 1.0, Kind.FLAG: True, Kind.VERTICES: ((0, 0), (8, 8)), Kind.TEXT: "x"}
+    values = {
+        ValueKind.INT: 8,
+        ValueKind.FLOAT: 1.0,
+        ValueKind.FLAG: True,
+        ValueKind.VERTICES: ((0, 0), (8, 8)),
+        ValueKind.TEXT: "x",
+    }
     return tuple(values[kind] for kind in operation.value[2])
 
 

@@ -21,7 +21,7 @@ from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
 from grabbergui.ui.controllers import calibration
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
-from grabbergui.ui.views.calibration_dialogs import CalibrationDialog, Step
+from grabbergui.ui.views.calibration_dialogs import CalibrationDialog, CalibrationPage
 from patience import PATIENCE, PROGRAM
 
 MONO = by_name("Mono8")
@@ -101,12 +101,12 @@ def test_a_camera_is_calibrated_through_the_dialog(stand, views, tmp_path, monke
     stand.until(lambda: dialog.verdictLabel.text() == "● the board is seen")
     assert dialog.progress.value() == 0  # looking takes nothing yet
     stand.click(dialog.nextButton)
-    assert dialog.step is Step.VIEWS
+    assert dialog.step is CalibrationPage.VIEWS
     for number, view in enumerate(views):
         stand.put(view, times=2 if number else 3)
-        if dialog.step is Step.RESULT:
+        if dialog.step is CalibrationPage.RESULT:
             break
-    stand.until(lambda: dialog.step is Step.RESULT)
+    stand.until(lambda: dialog.step is CalibrationPage.RESULT)
     assert dialog.views.topLevelItemCount() == calibrating.WANTED
     assert len(stand.model.images) == calibrating.WANTED
     path = tmp_path / "camera.yaml"
@@ -132,7 +132,7 @@ def _views_are_left_out_and_looked_at(stand):
     stand.until(lambda: dialog.verdictLabel.text().startswith("● view 4"))
     assert len(dialog.drawing.drawing.strokes) == 3 * int(dialog.views.topLevelItem(3).text(1))
     stand.click(dialog.moreButton)
-    assert dialog.step is Step.VIEWS
+    assert dialog.step is CalibrationPage.VIEWS
     stand.put(np.full((512, 608), 90, np.uint8), times=2)
     stand.until(lambda: dialog.progress.maximum() == calibrating.WANTED * 3 // 2)
     assert dialog.verdictLabel.text() == "● no board is seen"
@@ -144,7 +144,7 @@ def test_a_few_views_suffice_where_one_finishes_early(stand, views):
         stand.put(view, times=3)
     stand.until(stand.dialog.nextButton.isEnabled)
     stand.click(stand.dialog.nextButton)
-    stand.until(lambda: stand.dialog.step is Step.RESULT)
+    stand.until(lambda: stand.dialog.step is CalibrationPage.RESULT)
     assert 5 <= stand.dialog.views.topLevelItemCount() <= 7
 
 
@@ -158,7 +158,7 @@ def test_views_that_were_left_out_stay_so_when_more_are_taken(stand, views):
     stand.put(views[7], times=3)
     stand.until(lambda: dialog.progress.value() > count)
     stand.click(dialog.nextButton)
-    stand.until(lambda: dialog.step is Step.RESULT)
+    stand.until(lambda: dialog.step is CalibrationPage.RESULT)
     ticks = [dialog.views.topLevelItem(row).checkState(0) for row in range(count + 1)]
     assert ticks[1] == Qt.Unchecked
     assert ticks[count] == Qt.Checked
@@ -234,7 +234,7 @@ def _take(stand, views, finished=None):
         stand.put(view, times=3)
     stand.until(stand.dialog.nextButton.isEnabled)
     stand.click(stand.dialog.nextButton)
-    stand.until(finished or (lambda: stand.dialog.step is Step.RESULT))
+    stand.until(finished or (lambda: stand.dialog.step is CalibrationPage.RESULT))
 
 
 def test_too_few_views_are_no_calibration(stand, views):

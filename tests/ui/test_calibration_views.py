@@ -16,7 +16,11 @@ from grabbergui.models import calibrating
 from grabbergui.models.calibrating import BoardPreview, camera_name
 from grabbergui.models.open_source import Lack
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
-from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from grabbergui.ui.views.calibration_dialogs import (
+    CalibrationChoiceDialog,
+    CalibrationDialog,
+    CalibrationPage,
+)
 
 
 @pytest.fixture
@@ -48,10 +52,10 @@ def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialo
 @pytest.mark.parametrize(
     ("step", "verdict", "text"),
     [
-        (Step.BOARD, ViewVerdict.KEPT, "the board is seen"),
-        (Step.BOARD, ViewVerdict.NOT_SEEN, "no board is seen"),
-        (Step.VIEWS, ViewVerdict.MOVING, "hold it still"),
-        (Step.VIEWS, ViewVerdict.KNOWN, "this view is there already"),
+        (CalibrationPage.BOARD, ViewVerdict.KEPT, "the board is seen"),
+        (CalibrationPage.BOARD, ViewVerdict.NOT_SEEN, "no board is seen"),
+        (CalibrationPage.VIEWS, ViewVerdict.MOVING, "hold it still"),
+        (CalibrationPage.VIEWS, ViewVerdict.KNOWN, "this view is there already"),
     ],
 )
 def test_what_hinders_is_reported(dialog, step, verdict, text):
@@ -66,7 +70,7 @@ def test_progress_coverage_and_hint_are_shown(dialog):
     coverage.cells[:3] = 5
     coverage.tilts[1, 2] = coverage.sizes[2] = 1
     assert dialog.backButton.toolTip() == Lack.PAGE.text
-    dialog.setStep(Step.VIEWS)
+    dialog.setStep(CalibrationPage.VIEWS)
     assert dialog.backButton.isEnabled() and not dialog.backButton.toolTip()
     dialog.setPreview(preview(ViewVerdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
     assert (dialog.progress.value(), dialog.progress.maximum()) == (4, 20)

@@ -11,7 +11,7 @@ from grabbergui.core.environment import MANUAL
 from grabbergui.core.settings import SettingKey
 from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
-from grabbergui.models.settings.loading import LoadReport, Outcome, SettingReport
+from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
@@ -35,7 +35,7 @@ def doctor(window):
 
 def report(window):
     dialog = SettingsReport(window)
-    setting = SettingReport(SettingKey("DeviceUserID"), LONG, Outcome.WRITTEN, before="", reason=LONG)
+    setting = SettingReport(SettingKey("DeviceUserID"), LONG, SettingOutcome.WRITTEN, before="", reason=LONG)
     dialog.setReport(LONG, LoadReport((setting,), FeatureSet({}), f"{LONG} ended"))
     return dialog
 
@@ -104,6 +104,6 @@ def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, monkeypatch,
 def test_a_report_counts_invalid_lines(qtbot):
     dialog = SettingsReport()
     qtbot.addWidget(dialog)
-    setting = SettingReport(SettingKey("Gain"), 1.0, Outcome.EQUAL)
+    setting = SettingReport(SettingKey("Gain"), 1.0, SettingOutcome.EQUAL)
     dialog.setReport("Loaded", LoadReport((setting,), FeatureSet({}), lost_lines=("a.yaml, line 3: odd",)))
     assert dialog.headline.text() == "1 equal, 1 not a setting"

@@ -6,7 +6,7 @@ import pytest
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QApplication, QScrollArea, QToolButton
 
-from grabbergui.models.messages import Message, Offer, Severity
+from grabbergui.models.messages import Offer, Severity, UserMessage
 from grabbergui.ui.tab_order import reading_order
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
 from grabbergui.ui.widgets.messages import MessageBar
@@ -140,7 +140,7 @@ def test_ctrl_q_ends_the_program_from_a_window_beside_the_main_window(app):
 def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(app):
     window, pressed = app.window, []
     offers = (Offer("Do it", lambda: pressed.append(1)),)
-    app.program.messages.post(Message("it can be done", Severity.WARNING, offers=offers))
+    app.program.messages.post(UserMessage("it can be done", Severity.WARNING, offers=offers))
     app.until(lambda: window.messages.messages)
     reached = reading_order([window.messages])
     assert [button.text() for button in reached] == ["Do it"]

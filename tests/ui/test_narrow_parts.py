@@ -16,7 +16,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.features import FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.diagnosis import Stage
-from grabbergui.models.messages import Message
+from grabbergui.models.messages import UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import DARK, Theme, dress, icon, palette
@@ -80,7 +80,7 @@ def test_a_figure_with_a_digit_less_keeps_its_place(strip, qtbot):
 def test_figures_make_way_for_a_message_that_keeps_its_place(strip):
     strip.resize(890, strip.height())
     assert not strip.bandwidthLabel.isHidden()
-    strip.setMessages([Message("the file could not be written to a folder that is not there")])
+    strip.setMessages([UserMessage("the file could not be written to a folder that is not there")])
     assert strip.bandwidthLabel.isHidden() and strip.messages.isVisible() and not strip.titleLabel.isVisible()
     assert strip.messages.sizeHint().height() <= strip.height() == strip.maximumHeight()
     strip.setMessages([])
@@ -88,7 +88,7 @@ def test_figures_make_way_for_a_message_that_keeps_its_place(strip):
 
 
 def test_while_a_figure_is_shown_the_message_beside_it_is_whole(strip, qtbot):
-    strip.setMessages([Message("reconnecting since 12:38:16: the camera does not answer")])
+    strip.setMessages([UserMessage("reconnecting since 12:38:16: the camera does not answer")])
     label = strip.messages.textLabel
     needed = label.fontMetrics().horizontalAdvance(label.text())
     for width in range(700, 1300, 7):

@@ -18,7 +18,7 @@ KEY_STEP = 0.01
 """One step of an arrow key, as a fraction of the range or the number."""
 
 
-class Pace(Enum):
+class StepSize(Enum):
     """Size of one step: Shift makes it fine, Ctrl coarse."""
 
     FINE = 0.1
@@ -26,7 +26,7 @@ class Pace(Enum):
     COARSE = 10.0
 
 
-def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
+def natural_step(feature: Feature, pace: StepSize = StepSize.USUAL) -> int | float:
     """Return what one press of an arrow key adds: the increment, or about 1 %.
 
     That is 1 % of the range, or of the value if the scale is logarithmic or unlimited. A tenth of it with
@@ -50,7 +50,7 @@ def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
     return int(step) if integer else step
 
 
-def stepped(feature: Feature, steps: int, pace: Pace = Pace.USUAL) -> int | float:
+def stepped(feature: Feature, steps: int, pace: StepSize = StepSize.USUAL) -> int | float:
     """Return the value after some presses of an arrow key; 64-bit integers exact, fractions rounded."""
     step = natural_step(feature, pace)
     value = feature.value if isinstance(feature.value, int | float) else feature.minimum or 0

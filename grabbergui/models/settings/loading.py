@@ -26,7 +26,7 @@ from grabbergui.models.language import translate
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 
 
-class Outcome(Enum):
+class SettingOutcome(Enum):
     """The outcome for one setting."""
 
     WRITTEN = "written"
@@ -48,7 +48,7 @@ class Outcome(Enum):
     "The camera was lost before, or while it was written; the reason says which."
 
 
-PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
+PENDING = (SettingOutcome.WOULD_WRITE, SettingOutcome.DEPENDS)
 "Outcomes of the comparison whose settings are then written."
 
 _SUGGESTIONS = 20
@@ -56,7 +56,9 @@ _SUGGESTIONS = 20
 _PROGRESS_STEPS = 1000
 "Progress steps of a whole load."
 
-SETTLED = frozenset({Outcome.WRITTEN, Outcome.EQUAL, Outcome.WOULD_WRITE, Outcome.LEFT_ALONE})
+SETTLED = frozenset(
+    {SettingOutcome.WRITTEN, SettingOutcome.EQUAL, SettingOutcome.WOULD_WRITE, SettingOutcome.LEFT_ALONE}
+)
 "Outcomes that need no attention."
 
 
@@ -66,7 +68,7 @@ class SettingReport:
 
     key: SettingKey
     wanted: FeatureValue
-    outcome: Outcome
+    outcome: SettingOutcome
     before: FeatureValue | None = None
     after: FeatureValue | None = None
     reason: str = ""
@@ -74,7 +76,7 @@ class SettingReport:
 
     def __str__(self) -> str:
         change = f"{format_value(self.before)} → {format_value(self.wanted)}"
-        if self.outcome is Outcome.EQUAL:
+        if self.outcome is SettingOutcome.EQUAL:
             change = format_value(self.wanted)
         reason = f" ({self.reason})" if self.reason else ""
         return f"{self.outcome.value:<11} {self.key}: {change}{reason}"
@@ -94,14 +96,14 @@ class LoadReport:
     lost_lines: tuple[str, ...] = ()
     "Invalid lines of the file, a sentence each."
 
-    def count(self, *outcomes: Outcome) -> int:
+    def count(self, *outcomes: SettingOutcome) -> int:
         """Return the number of settings with one of these outcomes."""
         return sum(report.outcome in outcomes for report in self.settings)
 
     @property
     def written(self) -> int:
         """The number of settings that were written, including those that came out different."""
-        return self.count(Outcome.WRITTEN, Outcome.DIFFERENT)
+        return self.count(SettingOutcome.WRITTEN, SettingOutcome.DIFFERENT)
 
     @property
     def settled(self) -> bool:
@@ -114,15 +116,15 @@ class LoadReport:
 
         If the camera was lost before the first write, `problem` replaces the lines of all unwritten settings.
         """
-        omitted = {Outcome.EQUAL}
+        omitted = {SettingOutcome.EQUAL}
         if not self.written:
-            omitted.add(Outcome.NOT_WRITTEN)
+            omitted.add(SettingOutcome.NOT_WRITTEN)
         lines = [str(report) for report in self.settings if report.outcome not in omitted]
         return [*self.lost_lines, *lines, *([self.problem] if self.problem else []), self.summary()]
 
     def summary(self) -> str:
         """Return one line of display text: `3 written, 36 equal, 1 refused`."""
-        counts = ((self.count(outcome), outcome.value) for outcome in Outcome)
+        counts = ((self.count(outcome), outcome.value) for outcome in SettingOutcome)
         return ", ".join(f"{count} {name}" for count, name in counts if count) or "nothing to do"
 
 
@@ -192,15 +194,15 @@ class _Loading:
         for done, (key, wanted) in enumerate(self.features.settings.items(), 1):
             if self.cancelled.is_set():
                 reason = translate("Settings", "cancelled")
-                self._reports[key] = SettingReport(key, wanted, Outcome.CANCELLED, reason=reason)
+                self._reports[key] = SettingReport(key, wanted, SettingOutcome.CANCELLED, reason=reason)
                 continue
             try:
                 if unknown >= _SUGGESTIONS and not self.grabber.has_feature(key.name):
-                    outcome, value, reason = Outcome.UNKNOWN, None, ""
+                    outcome, value, reason = SettingOutcome.UNKNOWN, None, ""
                 else:
                     outcome, value, reason = self._compared(key, wanted)
             except FeatureNotFoundError as error:
-                outcome, value, reason = Outcome.UNKNOWN, None, error_text(error)
+                outcome, value, reason = SettingOutcome.UNKNOWN, None, error_text(error)
                 unknown += 1
             if outcome in PENDING:
                 self.pending[key] = wanted
@@ -210,7 +212,7 @@ class _Loading:
     def write(self, progress: Progress) -> None:
         """Write pending settings until the camera has them."""
         done: set[SettingKey] = set()
-        left_alone = self._with(Outcome.LEFT_ALONE)
+        left_alone = self._with(SettingOutcome.LEFT_ALONE)
 
         def note(
             key: SettingKey,
@@ -225,62 +227,68 @@ class _Loading:
                 reason = translate(
                     "Settings", "the camera was lost during this write: it may have either value"
                 )
-                self._note(key, Outcome.NOT_WRITTEN, reason)
+                self._note(key, SettingOutcome.NOT_WRITTEN, reason)
             elif error is not None:
-                self._note(key, Outcome.REFUSED, error_text(error, feature=feature))
+                self._note(key, SettingOutcome.REFUSED, error_text(error, feature=feature))
             elif settled is Settled.DIFFERENT:
                 reported = translate("Settings", "the camera reports {0}").format(format_value(value))
-                self._note(key, Outcome.DIFFERENT, reported, value)
-            elif self._reports[key].outcome is not Outcome.EQUAL:
-                self._note(key, Outcome.WRITTEN, "", value)
+                self._note(key, SettingOutcome.DIFFERENT, reported, value)
+            elif self._reports[key].outcome is not SettingOutcome.EQUAL:
+                self._note(key, SettingOutcome.WRITTEN, "", value)
                 done.add(key)
                 progress(len(done), len(self.pending))
 
         # Including equal ones: a write may change them.
-        wanted = {key: self._reports[key].wanted for key in self._with(*PENDING, Outcome.EQUAL)}
+        wanted = {key: self._reports[key].wanted for key in self._with(*PENDING, SettingOutcome.EQUAL)}
         wanted |= {key: self._reports[key].wanted for key in left_alone}
         settle(self.grabber, wanted, report=note, reluctantly=left_alone, cancelled=self.cancelled.is_set)
 
     def give_up(self, reason: str) -> None:
         """Report all pending settings as not written, for this reason."""
         for key, wanted in self.features.settings.items():
-            report = self._reports.get(key) or SettingReport(key, wanted, Outcome.DEPENDS)
+            report = self._reports.get(key) or SettingReport(key, wanted, SettingOutcome.DEPENDS)
             if report.outcome in PENDING:
-                self._reports[key] = _replaced(report, Outcome.NOT_WRITTEN, report.after, reason)
+                self._reports[key] = _replaced(report, SettingOutcome.NOT_WRITTEN, report.after, reason)
 
     def reports(self, *, dry_run: bool = False) -> Iterator[SettingReport]:
         """Yield the report of each setting, in the set's order."""
         for report in self._reports.values():
             unfinished = report.outcome in PENDING and not dry_run
             reason = translate("Settings", "cancelled")
-            yield _replaced(report, Outcome.CANCELLED, report.after, reason) if unfinished else report
+            yield _replaced(report, SettingOutcome.CANCELLED, report.after, reason) if unfinished else report
 
-    def _with(self, *outcomes: Outcome) -> list[SettingKey]:
+    def _with(self, *outcomes: SettingOutcome) -> list[SettingKey]:
         return [key for key, report in self._reports.items() if report.outcome in outcomes]
 
-    def _compared(self, key: SettingKey, wanted: FeatureValue) -> tuple[Outcome, FeatureValue | None, str]:
+    def _compared(
+        self, key: SettingKey, wanted: FeatureValue
+    ) -> tuple[SettingOutcome, FeatureValue | None, str]:
         self.grabber.feature(key.name)  # raises if the camera lacks it
         try:
             feature = self.grabber.read_setting(key)
         except FeatureError as error:
             # The selector's entry may become available with another setting.
-            return Outcome.DEPENDS, None, error_text(error)
+            return SettingOutcome.DEPENDS, None, error_text(error)
         if feature.value is not None and same_value(feature.value, wanted):
-            return Outcome.EQUAL, feature.value, ""
+            return SettingOutcome.EQUAL, feature.value, ""
         if feature.kind is FeatureKind.COMMAND:
-            return Outcome.REFUSED, None, translate("Settings", "it is a command; loading settings runs none")
+            return (
+                SettingOutcome.REFUSED,
+                None,
+                translate("Settings", "it is a command; loading settings runs none"),
+            )
         if reason := self._inactive(key, feature):
-            return Outcome.LEFT_ALONE, feature.value, reason
+            return SettingOutcome.LEFT_ALONE, feature.value, reason
         if not (feature.access.readable or feature.access.writable):
-            return Outcome.DEPENDS, None, access_text(feature)
+            return SettingOutcome.DEPENDS, None, access_text(feature)
         try:
             # Whether it is locked does not matter here: the stream or an earlier write may unlock it.
             replace(feature, access=AccessMode.READ_WRITE).validated(wanted)
         except FeatureError as error:
             return _refusal(feature, wanted), feature.value, error_text(error, feature=feature)
         if not (feature.access.writable or self._may_be_unlocked(feature)):
-            return Outcome.DEPENDS, feature.value, access_text(feature)
-        return Outcome.WOULD_WRITE, feature.value, ""
+            return SettingOutcome.DEPENDS, feature.value, access_text(feature)
+        return SettingOutcome.WOULD_WRITE, feature.value, ""
 
     def _may_be_unlocked(self, feature: Feature) -> bool:
         """Return whether a write of the feature ends its lock: by the stream or by its automatic mode."""
@@ -308,23 +316,23 @@ class _Loading:
         return settings.get(SettingKey(name, beside.selected), settings.get(SettingKey(name)))
 
     def _note(
-        self, key: SettingKey, outcome: Outcome, reason: str, after: FeatureValue | None = None
+        self, key: SettingKey, outcome: SettingOutcome, reason: str, after: FeatureValue | None = None
     ) -> None:
         self._reports[key] = _replaced(self._reports[key], outcome, after, reason)
 
 
 def _replaced(
-    report: SettingReport, outcome: Outcome, after: FeatureValue | None, reason: str
+    report: SettingReport, outcome: SettingOutcome, after: FeatureValue | None, reason: str
 ) -> SettingReport:
     return SettingReport(report.key, report.wanted, outcome, report.before, after, reason)
 
 
-def _refusal(feature: Feature, wanted: FeatureValue) -> Outcome:
+def _refusal(feature: Feature, wanted: FeatureValue) -> SettingOutcome:
     """Return DEPENDS if an invalid value may become valid: ranges change, types and entries do not."""
     if feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
-        return Outcome.DEPENDS if is_number(wanted) else Outcome.REFUSED
+        return SettingOutcome.DEPENDS if is_number(wanted) else SettingOutcome.REFUSED
     known = any(entry.name == str(wanted) for entry in feature.entries)
-    return Outcome.DEPENDS if known else Outcome.REFUSED
+    return SettingOutcome.DEPENDS if known else SettingOutcome.REFUSED
 
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:

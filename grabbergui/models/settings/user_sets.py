@@ -13,7 +13,7 @@ from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.settings.feature_set import Progress, capture, compare
-from grabbergui.models.undo_steps import Step
+from grabbergui.models.undo_steps import UndoStep
 
 _SELECTOR = "UserSetSelector"
 _LOAD = "UserSetLoad"
@@ -104,7 +104,7 @@ def load_user_set(
         after = capture(camera, progress=lambda done, of: progress(of + done, 2 * of))
     changed = [ValueChange(d.key, d.first, d.second) for d in compare(before, after)]
     if changed:
-        with grabber.journal.within(Step(f"{_LOAD} {name}")):
+        with grabber.journal.within(UndoStep(f"{_LOAD} {name}")):
             grabber.journal.wrote(changed)
     return len(changed)
 

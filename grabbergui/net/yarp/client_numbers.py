@@ -19,10 +19,10 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of, switched_off
 from grabbergui.net.numbered_features import BALANCE_SELECTOR, BLUE, RED, ROLES, FeatureId, FeatureMode
-from grabbergui.net.yarp.grabber_rpc import Operation, Reply
+from grabbergui.net.yarp.grabber_rpc import CallReply, Operation
 from grabbergui.net.yarp.grabber_values import Value
 
-Ask = Callable[..., Reply]
+Ask = Callable[..., CallReply]
 """Performs an operation with its arguments on the server and returns its reply."""
 
 _NAMES = {

@@ -19,9 +19,9 @@ from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.client_numbers import NumberFeatures
 from grabbergui.net.yarp.grabber_rpc import (
     Call,
+    CallReply,
     Operation,
-    Reply,
-    Status,
+    ReturnValue,
     encode_request,
     read_reply,
 )
@@ -86,18 +86,18 @@ class GrabberLink:
         model = str(description.values[1]) if description.ok else ""
         return reached_by(info, DeviceInfo(info.uri, model=model))
 
-    def ask(self, operation: Operation, *arguments: Value) -> Reply:
+    def ask(self, operation: Operation, *arguments: Value) -> CallReply:
         """Perform an operation on the server; an invalid answer is a failure."""
         if self._deaf:
-            return Reply(status=Status.NOT_IMPLEMENTED)
+            return CallReply(status=ReturnValue.NOT_IMPLEMENTED)
         call = Call(operation, arguments, self.dialect)
         reply = self._rpc.call(encode_request(call), self._timeout)
         if reply is None:
-            return Reply(status=Status.NOT_IMPLEMENTED)
+            return CallReply(status=ReturnValue.NOT_IMPLEMENTED)
         try:
             return read_reply(call, reply)
         except RemoteProtocolError as error:
-            return Reply(status=Status.FAILED, text=str(error))
+            return CallReply(status=ReturnValue.FAILED, text=str(error))
 
     def is_grabber(self) -> bool:
         """Return whether the server answers as a frame grabber does."""

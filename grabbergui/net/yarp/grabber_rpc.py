@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.grabber_values import NAK, VOCAB_FAIL, Kind, Value, read_values, write_values
+from grabbergui.net.yarp.grabber_values import NAK, VOCAB_FAIL, Value, ValueKind, read_values, write_values
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 
-INT, FLOAT, FLAG, TEXT = Kind.INT, Kind.FLOAT, Kind.FLAG, Kind.TEXT
+INT, FLOAT, FLAG, TEXT = ValueKind.INT, ValueKind.FLOAT, ValueKind.FLAG, ValueKind.TEXT
 
 VERSION_METHOD = "getRemoteProtocolVersion"
 
@@ -24,7 +24,7 @@ VERSION_REPLY = bytes.fromhex("0001000001000000 0000 0400 0000 0000")
 """Protocol 0, YARP 4.0.0: a list of one whose content is four bare int16, which is no valid Bottle."""
 
 
-class Status(Enum):
+class ReturnValue(Enum):
     """Result of a call: YARP 4.0's ReturnValue codes."""
 
     OK = "ok"
@@ -46,12 +46,12 @@ class Operation(Enum):
 
     WIDTH = ("getWidthRPC", "fgi get w", (), (INT,))
     HEIGHT = ("getHeightRPC", "fgi get h", (), (INT,))
-    IMAGE = ("getImageRPC", "fgi get imgr", (), (Kind.IMAGE,))
-    CROP = ("getImageCropRPC", "fgi get crop", (INT, Kind.VERTICES), (Kind.IMAGE,))
+    IMAGE = ("getImageRPC", "fgi get imgr", (), (ValueKind.IMAGE,))
+    CROP = ("getImageCropRPC", "fgi get crop", (INT, ValueKind.VERTICES), (ValueKind.IMAGE,))
     RAW_WIDTH = ("", "fgir get w", (), (INT,))
     RAW_HEIGHT = ("", "fgir get h", (), (INT,))
-    RAW_IMAGE = ("", "fgir get imgr", (), (Kind.IMAGE,))
-    RAW_CROP = ("", "fgir get crop", (INT, Kind.VERTICES), (Kind.IMAGE,))
+    RAW_IMAGE = ("", "fgir get imgr", (), (ValueKind.IMAGE,))
+    RAW_CROP = ("", "fgir get crop", (INT, ValueKind.VERTICES), (ValueKind.IMAGE,))
 
     DESCRIPTION = ("getCameraDescriptionRPC", "fgc get camd", (), (INT, TEXT))
     HAS_FEATURE = ("hasFeatureRPC", "fgc has feat", (INT,), (FLAG,))
@@ -73,15 +73,15 @@ class Operation(Enum):
     RGB_HEIGHT = ("getRgbHeightRPC", "visr get h", (), (INT,))
     GET_RESOLUTION = ("getRgbResolutionRPC", "visr get res", (), (INT, INT))
     SET_RESOLUTION = ("setRgbResolutionRPC", "visr set res", (INT, INT), ())
-    CONFIGURATIONS = ("getRgbSupportedConfigurationsRPC", "visr get conf", (), (Kind.CONFIGURATIONS,))
+    CONFIGURATIONS = ("getRgbSupportedConfigurationsRPC", "visr get conf", (), (ValueKind.CONFIGURATIONS,))
     GET_FIELD_OF_VIEW = ("getRgbFOVRPC", "visr get fov", (), (FLOAT, FLOAT))
     SET_FIELD_OF_VIEW = ("setRgbFOVRPC", "visr set fov", (FLOAT, FLOAT), ())
-    INTRINSICS = ("getRgbIntrinsicParamRPC", "visr get intp", (), (Kind.PROPERTIES,))
+    INTRINSICS = ("getRgbIntrinsicParamRPC", "visr get intp", (), (ValueKind.PROPERTIES,))
     GET_MIRROR = ("getRgbMirroringRPC", "visr get mirr", (), (FLAG,))
     SET_MIRROR = ("setRgbMirroringRPC", "visr set mirr", (FLAG,), ())
 
     def __init__(
-        self, method: str, words: str, arguments: tuple[Kind, ...], results: tuple[Kind, ...]
+        self, method: str, words: str, arguments: tuple[ValueKind, ...], results: tuple[ValueKind, ...]
     ) -> None:
         self.method = method
         self.words = tuple(words.split())
@@ -111,7 +111,7 @@ _DC1394_SETTERS = (
     *("VideoMode", "FPS", "ISOSpeed", "ColorCoding", "Format7Window", "OperationMode", "Transmission"),
     *("Broadcast", "Defaults", "Reset", "Power", "Capture", "BytesPerPacket"),
 )
-_DC1394: dict[str, tuple[Kind, ...]] = {
+_DC1394: dict[str, tuple[ValueKind, ...]] = {
     **{f"get{name}DC1394RPC": kinds for name, kinds in _DC1394_GETTERS.items()},
     **{f"set{name}DC1394RPC": () for name in _DC1394_SETTERS},
 }
@@ -131,22 +131,22 @@ class Call:
 
 
 @dataclass(frozen=True)
-class Reply:
+class CallReply:
     """The outcome of a call."""
 
     values: tuple[Value, ...] = ()
-    status: Status = Status.OK
+    status: ReturnValue = ReturnValue.OK
     text: str = ""
     "Reason of a failure; only 3.x image replies carry it."
 
     @property
     def ok(self) -> bool:
         """Whether `values` are valid."""
-        return self.status is Status.OK
+        return self.status is ReturnValue.OK
 
 
 @dataclass(frozen=True)
-class Refusal:
+class RefusedRequest:
     """A request that is no call of ours, and the message to answer it with."""
 
     message: bytes
@@ -154,12 +154,12 @@ class Refusal:
     "For the log; empty where nothing is wrong with the request."
 
 
-def decode_request(message: Buffer) -> Call | Refusal:
+def decode_request(message: Buffer) -> Call | RefusedRequest:
     """Read a request in either dialect. Raises RemoteProtocolError where it is no Bottle."""
     return read_request(Bottle.decode(message))
 
 
-def read_request(request: Bottle) -> Call | Refusal:
+def read_request(request: Bottle) -> Call | RefusedRequest:
     """Parse a request; words may be strings or vocabs, since users type both."""
     first = word(request[0]) if request else ""
     if first in _LEGACY_INTERFACES:
@@ -182,7 +182,7 @@ def encode_request(call: Call) -> bytes:
     return Bottle([*map(Vocab, operation.words), *arguments]).encode(Dialect.YARP3)
 
 
-def encode_reply(call: Call, reply: Reply) -> list[Buffer]:
+def encode_reply(call: Call, reply: CallReply) -> list[Buffer]:
     """Return the reply's message, in pieces so that an image need not be copied."""
     if call.dialect is Dialect.YARP4:
         return _thrift_reply(call.operation.results, reply)
@@ -201,7 +201,7 @@ def encode_reply(call: Call, reply: Reply) -> list[Buffer]:
     return _parts([Vocab(operation.interface), Vocab(operation.words[2]), Vocab("is"), *values])
 
 
-def read_reply(call: Call, reply: Sequence[Item]) -> Reply:
+def read_reply(call: Call, reply: Sequence[Item]) -> CallReply:
     """Read the reply to `call`.
 
     A 3.x getter of `fgc` cannot report a failure; its values are then arbitrary. Raises
@@ -212,17 +212,17 @@ def read_reply(call: Call, reply: Sequence[Item]) -> Reply:
     return _read_legacy_reply(call.operation, reply)
 
 
-def _read_legacy(request: Bottle) -> Call | Refusal:
+def _read_legacy(request: Bottle) -> Call | RefusedRequest:
     words = tuple(word(item) for item in request[:3])
     interface = words[0]
     operation = _BY_WORDS.get(words)
     if operation is None:
-        return Refusal(_unknown_legacy(interface, words), f"{_asked(request)} is not known")
+        return RefusedRequest(_unknown_legacy(interface, words), f"{_asked(request)} is not known")
     try:
         values = read_values(operation.arguments, request[3:], Dialect.YARP3)
     except RemoteProtocolError as error:
-        reply = encode_reply(Call(operation), Reply(status=Status.FAILED, text=str(error)))
-        return Refusal(b"".join(reply), f"{_asked(request)}: {error}")
+        reply = encode_reply(Call(operation), CallReply(status=ReturnValue.FAILED, text=str(error)))
+        return RefusedRequest(b"".join(reply), f"{_asked(request)}: {error}")
     return Call(operation, values)
 
 
@@ -237,14 +237,16 @@ def _unknown_legacy(interface: str, words: tuple[str, ...]) -> bytes:
     return _single(NAK)
 
 
-def _read_thrift(method: str, request: Bottle) -> Call | Refusal:
+def _read_thrift(method: str, request: Bottle) -> Call | RefusedRequest:
     if method == VERSION_METHOD and len(request) == 1:
-        return Refusal(VERSION_REPLY)
+        return RefusedRequest(VERSION_REPLY)
     if method == "help":
-        return Refusal(_help())
+        return RefusedRequest(_help())
     if method in _DC1394:
-        reply = Reply(status=Status.NOT_IMPLEMENTED)
-        return Refusal(b"".join(_thrift_reply(_DC1394[method], reply)), f"{method} is for FireWire cameras")
+        reply = CallReply(status=ReturnValue.NOT_IMPLEMENTED)
+        return RefusedRequest(
+            b"".join(_thrift_reply(_DC1394[method], reply)), f"{method} is for FireWire cameras"
+        )
     operation = _BY_METHOD.get(method)
     if operation is None:
         # A typed word is a string too; 3.x answers it with [nak].
@@ -253,7 +255,7 @@ def _read_thrift(method: str, request: Bottle) -> Call | Refusal:
     try:
         return Call(operation, read_values(operation.arguments, request[1:], Dialect.YARP4), Dialect.YARP4)
     except RemoteProtocolError as error:
-        return Refusal(_single(VOCAB_FAIL), f"{_asked(request)}: {error}")
+        return RefusedRequest(_single(VOCAB_FAIL), f"{_asked(request)}: {error}")
 
 
 def _written_by_thrift(request: Bottle) -> bool:
@@ -261,7 +263,7 @@ def _written_by_thrift(request: Bottle) -> bool:
     return request.specialised is False and len({type(item) for item in request}) == 1
 
 
-def _thrift_reply(kinds: tuple[Kind, ...], reply: Reply) -> list[Buffer]:
+def _thrift_reply(kinds: tuple[ValueKind, ...], reply: CallReply) -> list[Buffer]:
     status = Vocab(reply.status.value)
     # A method whose only result is the status answers with it bare, others with a list first.
     head: list[Item] = [Bottle([status], specialised=False)] if kinds else [status]
@@ -269,37 +271,37 @@ def _thrift_reply(kinds: tuple[Kind, ...], reply: Reply) -> list[Buffer]:
     return Bottle([*head, *values], specialised=False).encode_parts(Dialect.YARP4, specialise=False)
 
 
-def _results(kinds: tuple[Kind, ...], reply: Reply, dialect: Dialect) -> list[Item]:
+def _results(kinds: tuple[ValueKind, ...], reply: CallReply, dialect: Dialect) -> list[Item]:
     """Return the reply's values, or as many zeros if it failed."""
     return write_values(kinds, reply.values if reply.ok else tuple(kind.zero for kind in kinds), dialect)
 
 
-def _read_thrift_reply(operation: Operation, reply: Sequence[Item]) -> Reply:
+def _read_thrift_reply(operation: Operation, reply: Sequence[Item]) -> CallReply:
     head = reply[0] if reply else None
     if isinstance(head, list):
         head = head[0] if head else None
     try:
-        status = Status(word(head))
+        status = ReturnValue(word(head))
     except ValueError:
         raise RemoteProtocolError(f"{operation.method} was answered with {_shown(reply)}") from None
-    if status is not Status.OK:
-        return Reply(status=status)
-    return Reply(read_values(operation.results, reply[1:], Dialect.YARP4))
+    if status is not ReturnValue.OK:
+        return CallReply(status=status)
+    return CallReply(read_values(operation.results, reply[1:], Dialect.YARP4))
 
 
-def _read_legacy_reply(operation: Operation, reply: Sequence[Item]) -> Reply:
+def _read_legacy_reply(operation: Operation, reply: Sequence[Item]) -> CallReply:
     asked = " ".join(operation.words)
     first = word(reply[0]) if reply else ""
     if first in ("fail", "nak"):
-        status = Status.NOT_IMPLEMENTED if first == "nak" else Status.FAILED
-        return Reply(status=status, text=" ".join(item for item in reply[1:] if isinstance(item, str)))
+        status = ReturnValue.NOT_IMPLEMENTED if first == "nak" else ReturnValue.FAILED
+        return CallReply(status=status, text=" ".join(item for item in reply[1:] if isinstance(item, str)))
     if first != operation.interface:
         raise RemoteProtocolError(f"'{asked}' was answered with {_shown(reply)}")
     if operation.verb == "set":
         accepted = len(reply) > 2 and isinstance(reply[2], int) and bool(reply[2])
-        return Reply(status=Status.OK if accepted else Status.FAILED)
+        return CallReply(status=ReturnValue.OK if accepted else ReturnValue.FAILED)
     start = 4 if operation.verb == "has" else 3
-    return Reply(read_values(operation.results, reply[start:], Dialect.YARP3))
+    return CallReply(read_values(operation.results, reply[start:], Dialect.YARP3))
 
 
 def _help() -> bytes:
@@ -307,8 +309,8 @@ def _help() -> bytes:
     return Bottle([Vocab("many"), Bottle(lines, specialised=False)], specialised=False).encode(Dialect.YARP4)
 
 
-def _unknown(answer: Vocab, request: Bottle) -> Refusal:
-    return Refusal(_single(answer), f"{_asked(request)} is not known; `help` lists the requests")
+def _unknown(answer: Vocab, request: Bottle) -> RefusedRequest:
+    return RefusedRequest(_single(answer), f"{_asked(request)} is not known; `help` lists the requests")
 
 
 def _single(item: Item) -> bytes:

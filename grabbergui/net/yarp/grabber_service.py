@@ -33,10 +33,10 @@ from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.grabber_image import Capability
 from grabbergui.net.yarp.grabber_rpc import (
     Call,
+    CallReply,
     Operation,
-    Refusal,
-    Reply,
-    Status,
+    RefusedRequest,
+    ReturnValue,
     encode_reply,
     read_request,
 )
@@ -51,12 +51,12 @@ log = logging.getLogger(__name__)
 FRAME_TIMEOUT = 1.0
 """Seconds, besides two frame periods, that an image request waits for the next frame."""
 
-_STATUS: tuple[tuple[type[GrabberError], Status], ...] = (
-    (FeatureNotFoundError, Status.NOT_IMPLEMENTED),
-    (FeatureValueError, Status.OUT_OF_BOUNDS),
-    (FeatureAccessError, Status.FAILED),
-    (FrameTimeoutError, Status.NOT_READY),
-    (TransportError, Status.COMMUNICATION),
+_STATUS: tuple[tuple[type[GrabberError], ReturnValue], ...] = (
+    (FeatureNotFoundError, ReturnValue.NOT_IMPLEMENTED),
+    (FeatureValueError, ReturnValue.OUT_OF_BOUNDS),
+    (FeatureAccessError, ReturnValue.FAILED),
+    (FrameTimeoutError, ReturnValue.NOT_READY),
+    (TransportError, ReturnValue.COMMUNICATION),
 )
 
 _CROP_COUNT = "GetImageCrop failed: RECT mode requires 2 vertices."
@@ -100,20 +100,20 @@ class GrabberService:
         if grabber_values.is_tree_request(request):
             return self._answer_tree(request).encode_parts()
         call = read_request(request)
-        if isinstance(call, Refusal):
+        if isinstance(call, RefusedRequest):
             if call.reason:
                 self._refusals.warn(f"request refused: {call.reason}")
             return [call.message]
         return encode_reply(call, self.perform(call))
 
-    def perform(self, call: Call) -> Reply:
+    def perform(self, call: Call) -> CallReply:
         """Execute a call of YARP's interfaces; a failure is a reply as well."""
         try:
-            return Reply(self._actions[call.operation](*call.arguments))
+            return CallReply(self._actions[call.operation](*call.arguments))
         except GrabberError as error:
             self._refusals.warn(f"{call.operation.name}{call.arguments} failed: {error}")
-            status = next((status for kind, status in _STATUS if isinstance(error, kind)), Status.FAILED)
-            return Reply(status=status, text=str(error) if isinstance(error, UsageError) else "")
+            status = next((status for kind, status in _STATUS if isinstance(error, kind)), ReturnValue.FAILED)
+            return CallReply(status=status, text=str(error) if isinstance(error, UsageError) else "")
 
     def _make_actions(self) -> dict[Operation, Callable[..., tuple[Value, ...]]]:
         numbered = self._features

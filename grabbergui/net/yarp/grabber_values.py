@@ -47,7 +47,7 @@ Vertices = tuple[tuple[int, int], ...]
 Value = int | float | str | Bottle | Vertices | tuple[Configuration, ...] | Mapping[str, Item]
 
 
-class Kind(Enum):
+class ValueKind(Enum):
     """The type of a value."""
 
     INT = "integer"
@@ -65,19 +65,19 @@ class Kind(Enum):
         return _ZEROS[self]
 
 
-_ZEROS: Final[dict[Kind, Value]] = {
-    Kind.INT: 0,
-    Kind.FLOAT: 0.0,
-    Kind.FLAG: False,
-    Kind.TEXT: "",
-    Kind.IMAGE: EMPTY_IMAGE,
-    Kind.VERTICES: (),
-    Kind.CONFIGURATIONS: (),
-    Kind.PROPERTIES: {},
+_ZEROS: Final[dict[ValueKind, Value]] = {
+    ValueKind.INT: 0,
+    ValueKind.FLOAT: 0.0,
+    ValueKind.FLAG: False,
+    ValueKind.TEXT: "",
+    ValueKind.IMAGE: EMPTY_IMAGE,
+    ValueKind.VERTICES: (),
+    ValueKind.CONFIGURATIONS: (),
+    ValueKind.PROPERTIES: {},
 }
 
 
-def write_values(kinds: Sequence[Kind], values: Sequence[Value], dialect: Dialect) -> list[Item]:
+def write_values(kinds: Sequence[ValueKind], values: Sequence[Value], dialect: Dialect) -> list[Item]:
     """Encode values as items."""
     items: list[Item] = []
     for kind, value in zip(kinds, values, strict=True):
@@ -85,7 +85,7 @@ def write_values(kinds: Sequence[Kind], values: Sequence[Value], dialect: Dialec
     return items
 
 
-def read_values(kinds: Sequence[Kind], items: Sequence[Item], dialect: Dialect) -> tuple[Value, ...]:
+def read_values(kinds: Sequence[ValueKind], items: Sequence[Item], dialect: Dialect) -> tuple[Value, ...]:
     """Decode items to values.
 
     Numbers may be of any type, as in YARP. Raises RemoteProtocolError for too few items or one of the wrong
@@ -98,54 +98,54 @@ def read_values(kinds: Sequence[Kind], items: Sequence[Item], dialect: Dialect) 
     return values
 
 
-def _write(kind: Kind, value: Any, dialect: Dialect) -> list[Item]:
+def _write(kind: ValueKind, value: Any, dialect: Dialect) -> list[Item]:
     thrift = dialect is Dialect.YARP4
-    if kind is Kind.INT:
+    if kind is ValueKind.INT:
         return [int(value)]
-    if kind is Kind.FLOAT:
+    if kind is ValueKind.FLOAT:
         return [float(value)]
-    if kind is Kind.FLAG:
+    if kind is ValueKind.FLAG:
         return [(OK if value else VOCAB_FAIL) if thrift else int(value)]
-    if kind is Kind.VERTICES:
+    if kind is ValueKind.VERTICES:
         if thrift:
             return [_generic(_generic(vertex) for vertex in value)]
         return [Bottle(coordinate for vertex in value for coordinate in vertex)]
-    if kind is Kind.CONFIGURATIONS:
+    if kind is ValueKind.CONFIGURATIONS:
         rows = [[c.width, c.height, float(c.rate), Vocab(c.pixel_code)] for c in value]
         if thrift:
             return [_generic(_generic([*row[:3], int(row[3])]) for row in rows)]
         return [len(rows), *(item for row in rows for item in row)]
-    if kind is Kind.PROPERTIES:
+    if kind is ValueKind.PROPERTIES:
         return [_usual([key, entry] for key, entry in value.items())]
-    if kind is Kind.IMAGE:
+    if kind is ValueKind.IMAGE:
         mat, code, layout, pixels = value
         return [Bottle([mat, code, _usual(layout), pixels], specialised=False)]
     return [value]
 
 
-def _read(kind: Kind, left: Iterator[Item], dialect: Dialect) -> Value:
+def _read(kind: ValueKind, left: Iterator[Item], dialect: Dialect) -> Value:
     item = next(left, None)
-    if kind is Kind.INT or kind is Kind.FLOAT:
+    if kind is ValueKind.INT or kind is ValueKind.FLOAT:
         return _number(item, kind)
-    if kind is Kind.FLAG:
+    if kind is ValueKind.FLAG:
         return _flag(item)
-    if kind is Kind.TEXT and isinstance(item, str):
+    if kind is ValueKind.TEXT and isinstance(item, str):
         return item
-    if kind is Kind.CONFIGURATIONS:
+    if kind is ValueKind.CONFIGURATIONS:
         return _configurations(item, left, dialect)
     if isinstance(item, list):
-        if kind is Kind.IMAGE and len(item) == 4 and isinstance(item[2], list):
+        if kind is ValueKind.IMAGE and len(item) == 4 and isinstance(item[2], list):
             return Bottle(item)
-        if kind is Kind.VERTICES:
+        if kind is ValueKind.VERTICES:
             return _vertices(item)
-        if kind is Kind.PROPERTIES:
+        if kind is ValueKind.PROPERTIES:
             return {str(entry[0]): entry[1] for entry in item if isinstance(entry, list) and len(entry) == 2}
     raise RemoteProtocolError(f"{_described(item)} where a {kind.value} is expected")
 
 
-def _number(item: Item | None, kind: Kind) -> int | float:
+def _number(item: Item | None, kind: ValueKind) -> int | float:
     if isinstance(item, (int, float)) and not word(item):
-        if kind is Kind.FLOAT:
+        if kind is ValueKind.FLOAT:
             return float(item)
         if math.isfinite(item):
             return int(item)
@@ -168,7 +168,7 @@ def _vertices(items: Sequence[Item]) -> Vertices:
         flat += item if isinstance(item, list) else [item]
     if len(flat) > 2 * MAX_VERTICES:
         raise RemoteProtocolError(f"more than {MAX_VERTICES} vertices")
-    numbers = [int(_number(item, Kind.INT)) for item in flat]
+    numbers = [int(_number(item, ValueKind.INT)) for item in flat]
     return tuple(zip(numbers[::2], numbers[1::2], strict=False))
 
 
@@ -178,7 +178,7 @@ def _configurations(item: Item | None, left: Iterator[Item], dialect: Dialect) -
             raise RemoteProtocolError(f"{_described(item)} where a list of configurations is expected")
         return tuple(_configuration(row) for row in item if isinstance(row, list))
     rest = list(left)
-    count = int(_number(item, Kind.INT))
+    count = int(_number(item, ValueKind.INT))
     if not 0 <= 4 * count <= len(rest):
         raise RemoteProtocolError(f"{count} configurations claimed, {len(rest) // 4} sent")
     return tuple(_configuration(rest[index : index + 4]) for index in range(0, 4 * count, 4))
@@ -188,7 +188,8 @@ def _configuration(row: Sequence[Item]) -> Configuration:
     if len(row) != 4 or not isinstance(row[3], int):
         raise RemoteProtocolError("a configuration is not width, height, rate, pixel code")
     width, height, rate = (
-        _number(item, kind) for item, kind in zip(row, (Kind.INT, Kind.INT, Kind.FLOAT), strict=False)
+        _number(item, kind)
+        for item, kind in zip(row, (ValueKind.INT, ValueKind.INT, ValueKind.FLOAT), strict=False)
     )
     return Configuration(int(width), int(height), rate, str(Vocab(int(row[3]) & 0x7FFFFFFF)))
 

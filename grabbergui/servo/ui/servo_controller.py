@@ -12,7 +12,7 @@ from PyQt5.QtCore import QObject, QTimer
 from grabbergui.calibration.calibration_choice import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
-from grabbergui.models.messages import Message
+from grabbergui.models.messages import UserMessage
 from grabbergui.models.open_source import Lack
 from grabbergui.servo.models.servo_proxy import HAND_EYE, Run
 from grabbergui.servo.models.servoing import Entry, ServoModel, Tuning
@@ -50,7 +50,7 @@ class ServoController(QObject):
         window.setHandEyeAvailable(None if hand_eye else Lack.HAND_EYE)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
         self._window, self._runner, self._calibration = window, runner, calibration
-        self._offer: Message | None = None
+        self._offer: UserMessage | None = None
         self.model = ServoModel(runner, calibration)
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)

@@ -25,7 +25,7 @@ from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge, busy
-from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ImageView
+from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ReadoutImageView
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
@@ -105,7 +105,7 @@ class CalibrationViewController(QObject):
     def __init__(
         self,
         actions: CalibrationActions,
-        view: ImageView,
+        view: ReadoutImageView,
         files: FileQuestions,
         connection: Connection,
         image: ImageModel,

@@ -12,11 +12,15 @@ from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.calibration_choice import CalibrationChoice
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.calibrating import CalibratingModel, Solution
+from grabbergui.models.calibrating import CalibratingModel, CalibrationSolution
 from grabbergui.models.error_text import error_text
 from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from grabbergui.ui.views.calibration_dialogs import (
+    CalibrationChoiceDialog,
+    CalibrationDialog,
+    CalibrationPage,
+)
 
 
 class CalibratingController(QObject):
@@ -37,7 +41,7 @@ class CalibratingController(QObject):
         self.model = CalibratingModel(grabber, settings)
         self._files = FileDialogs(dialog)
         self._on_saved = on_saved
-        self._solution: Solution | None = None
+        self._solution: CalibrationSolution | None = None
         self._chosen: int | None = None
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
@@ -51,7 +55,7 @@ class CalibratingController(QObject):
         dialog.nextRequested.connect(self._on_dialog_next_requested)
         dialog.backRequested.connect(self._on_dialog_back_requested)
         dialog.againRequested.connect(self.model.begin_again)
-        dialog.moreRequested.connect(lambda: self.go(Step.VIEWS))
+        dialog.moreRequested.connect(lambda: self.go(CalibrationPage.VIEWS))
         dialog.usedChanged.connect(self.model.solve)
         dialog.viewChosen.connect(self._on_dialog_view_chosen)
         dialog.viewChanged.connect(self.model.set_viewport)
@@ -89,26 +93,28 @@ class CalibratingController(QObject):
 
     def _on_dialog_next_requested(self) -> None:
         step = self.dialog.step
-        if step is Step.BOARD:
-            self.go(Step.VIEWS)
-        elif step is Step.VIEWS:
+        if step is CalibrationPage.BOARD:
+            self.go(CalibrationPage.VIEWS)
+        elif step is CalibrationPage.VIEWS:
             self.model.collect(False)
             self.model.solve()
         else:
             self._ask_save()
 
     def _on_dialog_back_requested(self) -> None:
-        self.go(Step.VIEWS if self.dialog.step is Step.RESULT else Step.BOARD)
+        self.go(
+            CalibrationPage.VIEWS if self.dialog.step is CalibrationPage.RESULT else CalibrationPage.BOARD
+        )
 
     def _on_dialog_view_chosen(self, number: int) -> None:
         self._chosen = number
         self._show_view()
 
-    def go(self, step: Step) -> None:
+    def go(self, step: CalibrationPage) -> None:
         """Show a page; views are taken while their page is shown."""
         self._chosen = None
         self.dialog.setStep(step)
-        self.model.collect(step is Step.VIEWS)
+        self.model.collect(step is CalibrationPage.VIEWS)
 
     def _ask_print(self) -> None:
         name = f"{self.model.settings.kind}.pdf"
@@ -127,18 +133,18 @@ class CalibratingController(QObject):
         if preview is not None and self._chosen is None:
             self.dialog.setPreview(preview, self.model.wanted)
 
-    def _on_model_solved(self, solution: Solution) -> None:
+    def _on_model_solved(self, solution: CalibrationSolution) -> None:
         self._solution = solution
         if solution.request != self.model.requests:  # other views were ticked since
             return
         self.dialog.setSolution(solution)
-        if self.dialog.step is Step.VIEWS:
-            self.go(Step.RESULT)
+        if self.dialog.step is CalibrationPage.VIEWS:
+            self.go(CalibrationPage.RESULT)
         self._show_view()
 
     def _on_model_unsolved(self, reason: str) -> None:
         self.dialog.messages.showError(reason)
-        if self.dialog.step is Step.VIEWS:
+        if self.dialog.step is CalibrationPage.VIEWS:
             self.model.collect(True)
         elif self._solution is not None:  # what *Save* writes
             self.dialog.setSolution(self._solution)

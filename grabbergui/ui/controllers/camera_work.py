@@ -16,7 +16,7 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.models.source_messages import CurrentMessages
-from grabbergui.models.undo_steps import Step
+from grabbergui.models.undo_steps import UndoStep
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
@@ -89,7 +89,7 @@ class CameraWork(QObject):
         def job() -> T:
             if not undoable:
                 return work(grabber, progress, cancelled)
-            with grabber.journal.within(Step(undoable)):
+            with grabber.journal.within(UndoStep(undoable)):
                 return work(grabber, progress, cancelled)
 
         def end(report: Callable[[], None]) -> None:

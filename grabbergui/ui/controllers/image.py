@@ -34,7 +34,7 @@ from grabbergui.ui.views.bases import (
     ComponentView,
     DisplayActions,
     DrawableView,
-    ImageView,
+    ReadoutImageView,
 )
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.measuring_panels import HistogramPanel
@@ -50,7 +50,7 @@ class AcquisitionController(QObject):
     def __init__(
         self,
         actions: AcquisitionActions,
-        view: ImageView,
+        view: ReadoutImageView,
         connection: Connection,
         gallery: GalleryModel,
         image: ImageModel,

@@ -23,7 +23,7 @@ from grabbergui.models.measuring import FocusHistory, Line, Measurement, Measuri
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import Dock, FileQuestions, ImageView
+from grabbergui.ui.views.bases import Dock, FileQuestions, ReadoutImageView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
 from grabbergui.ui.widgets.drawing_tool import Purpose
 from grabbergui.ui.widgets.image_overlays import Mark
@@ -34,7 +34,7 @@ class MeasuringController(QObject):
 
     def __init__(
         self,
-        view: ImageView,
+        view: ReadoutImageView,
         panels: MeasuringPanels,
         clipping: QAction,
         connection: Connection,

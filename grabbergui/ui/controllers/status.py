@@ -7,9 +7,9 @@ import time
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.models.connection import Connection
-from grabbergui.models.diagnosis import Diagnosis, Observation, Stage, diagnose
+from grabbergui.models.diagnosis import Diagnosis, Stage, StreamObservation, diagnose
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.messages import Cause, Message, MessageModel, Offer, Severity
+from grabbergui.models.messages import Cause, MessageModel, Offer, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
 from grabbergui.ui.gui_thread import Bridge
@@ -132,7 +132,7 @@ class StatusController(QObject):
             self._messages.end(source, Cause.IMAGE)
         else:
             text = f"{summary} {advice}".strip()
-            self._messages.post(Message(text, Severity.WARNING, source, Cause.IMAGE))
+            self._messages.post(UserMessage(text, Severity.WARNING, source, Cause.IMAGE))
 
     def _note(self, source: OpenSource | None, status: SourceStatus) -> tuple[str, str, Stage | None]:
         """Return the note on a missing image: its reason, the remedy, and the stage at which it is lost."""
@@ -157,7 +157,7 @@ class StatusController(QObject):
         if source.grabber is None or status.statistics is None:
             return None
         return diagnose(
-            Observation(
+            StreamObservation(
                 source=source.title,
                 address=source.grabber.info.address,
                 bus=source.grabber.info.bus,
@@ -183,7 +183,7 @@ class StatusController(QObject):
             if status.facts.software_trigger:
                 offers.insert(0, Offer(self.tr("Send trigger"), lambda: self._send_trigger(source)))
             text = self.tr("frames arrive when triggered by {0}").format(trigger)
-            message = Message(text, Severity.NOTICE, source, Cause.TRIGGER, tuple(offers))
+            message = UserMessage(text, Severity.NOTICE, source, Cause.TRIGGER, tuple(offers))
             self._messages.post(message)
 
     @staticmethod

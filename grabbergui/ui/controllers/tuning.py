@@ -28,7 +28,7 @@ from grabbergui.models.one_push import (
 from grabbergui.models.open_source import Lack, LinkState, OpenSource
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.tuning import TuningRun
-from grabbergui.models.undo_steps import Step
+from grabbergui.models.undo_steps import UndoStep
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.gui_thread import Bridge
@@ -206,7 +206,7 @@ class RegionController(QObject):
         source = self._connection.source
         if source is None or source.tracked_grabber is None or source.features is None:
             return
-        grabber, step = source.tracked_grabber, Step(self.tr("Region of the sensor"))
+        grabber, step = source.tracked_grabber, UndoStep(self.tr("Region of the sensor"))
 
         def job() -> Region:
             with grabber.journal.within(step):

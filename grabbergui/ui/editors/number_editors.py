@@ -18,7 +18,7 @@ from grabbergui.models.features.number_input import (
     units_to_type,
     without_shown_unit,
 )
-from grabbergui.models.features.number_steps import Pace, stepped
+from grabbergui.models.features.number_steps import StepSize, stepped
 from grabbergui.models.features.number_text import DIGITS, quantity_text, shown_unit
 from grabbergui.models.features.slider_scale import SliderScale, nearest_allowed
 from grabbergui.ui.editors.feature_editor import FeatureEditor
@@ -36,7 +36,7 @@ LINE_EDIT_PADDING = 6
 """Pixels that a line edit keeps free beside its text."""
 
 
-class Follower(QTimer):
+class DelayedDisplay(QTimer):
     """Shows an edited number a little later: after its write has left, not between the two."""
 
     def __init__(self, parent: QWidget, show: Callable[[], None]) -> None:
@@ -69,7 +69,7 @@ class NumberField(QAbstractSpinBox):
         self._typing = False
         self._shown_in = ""
         "The unit of the shown value, which may be larger than the feature's own."
-        self._following = Follower(self, self._show)
+        self._following = DelayedDisplay(self, self._show)
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setAccelerated(True)
         self._wheel_guard = WheelGuard(self)
@@ -95,7 +95,7 @@ class NumberField(QAbstractSpinBox):
         feature = self._edited.feature
         if feature is not None and feature.access.writable:
             fine = QApplication.keyboardModifiers() & Qt.KeyboardModifier.ShiftModifier
-            self._edit(stepped(feature, steps, Pace.FINE if fine else Pace.USUAL))
+            self._edit(stepped(feature, steps, StepSize.FINE if fine else StepSize.USUAL))
             self.selectAll()
 
     def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
@@ -259,7 +259,7 @@ class RangeEditor(NumberEditor):
         "A number on the slider that is not emitted yet."
         self._number: int | float = 0
         "The number that either was moved to last."
-        self._following = Follower(self, self._follow)
+        self._following = DelayedDisplay(self, self._follow)
         self._slider = ValueSlider(self)
         self._slider.sliderPressed.connect(self.editingStarted)
         self._slider.sliderReleased.connect(self._on_slider_released)

@@ -18,7 +18,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.features.number_steps import Pace, stepped
+from grabbergui.models.features.number_steps import StepSize, stepped
 from grabbergui.models.features.number_text import quantity_text
 from grabbergui.models.features.slider_scale import SliderScale
 from grabbergui.ui.keys import WheelGuard
@@ -220,7 +220,7 @@ class ValueSlider(QSlider):
         self._scrolling.stop()
         self._show_part(keep=True)
 
-    def _step(self, steps: int, pace: Pace) -> None:
+    def _step(self, steps: int, pace: StepSize) -> None:
         feature = self._edited.feature
         if steps and feature is not None and self.isEnabled():
             self._edit(stepped(feature, steps, pace))
@@ -253,10 +253,10 @@ class ValueSlider(QSlider):
         )
 
 
-def _pace(modifiers: Qt.KeyboardModifiers | Qt.KeyboardModifier) -> Pace:
+def _pace(modifiers: Qt.KeyboardModifiers | Qt.KeyboardModifier) -> StepSize:
     if modifiers & Qt.KeyboardModifier.ShiftModifier:
-        return Pace.FINE
-    return Pace.COARSE if modifiers & Qt.KeyboardModifier.ControlModifier else Pace.USUAL
+        return StepSize.FINE
+    return StepSize.COARSE if modifiers & Qt.KeyboardModifier.ControlModifier else StepSize.USUAL
 
 
 def _arrow(x: float, y: float, width: float) -> QPolygonF:

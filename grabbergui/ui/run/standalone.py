@@ -16,7 +16,11 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.ui.application import application, closed_by, look
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from grabbergui.ui.views.calibration_dialogs import (
+    CalibrationChoiceDialog,
+    CalibrationDialog,
+    CalibrationPage,
+)
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +71,7 @@ def calibrate(
         dialog.done(QDialog.DialogCode.Rejected)
 
     if seconds is not None:
-        controller.go(Step.VIEWS)
+        controller.go(CalibrationPage.VIEWS)
         QTimer.singleShot(round(seconds * 1000), end)
     try:
         with closed_by(stop, lambda: dialog.done(QDialog.DialogCode.Rejected)):

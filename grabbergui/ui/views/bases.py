@@ -19,7 +19,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.quantities import ColourScale, PolarisedView
-from grabbergui.models.messages import Message
+from grabbergui.models.messages import UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
@@ -49,7 +49,7 @@ class StatusView(Protocol):
     def setTitle(self, title: str, *shorter: str) -> None:
         """Show the name of the source, and shorter ones for little room."""
 
-    def setMessages(self, messages: Sequence[Message]) -> None:
+    def setMessages(self, messages: Sequence[UserMessage]) -> None:
         """Show these messages, the newest first."""
 
     def setFormat(self, text: str) -> None:
@@ -101,7 +101,7 @@ class DrawableView(Protocol):
         """Use the next drag of the mouse for this purpose, and show a hint."""
 
 
-class ImageView(DrawableView, LiveImageView, Protocol):
+class ReadoutImageView(DrawableView, LiveImageView, Protocol):
     """The image with its readout."""
 
     @property

@@ -29,7 +29,7 @@ from grabbergui.calibration.collector import FEWEST_VIEWS, ViewVerdict
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.drawing import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.calibrating import BoardPreview, Preview, Solution, verdict_text
+from grabbergui.models.calibrating import BoardPreview, CalibrationSolution, Preview, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.models.markup import markup, table
 from grabbergui.models.open_source import Lack
@@ -61,7 +61,7 @@ _TONES = {
 }
 
 
-class Step(Enum):
+class CalibrationPage(Enum):
     """The pages, in order."""
 
     BOARD = 0
@@ -163,28 +163,28 @@ class CalibrationDialog(CalibratingDialog):
         self.closeButton.clicked.connect(self.reject)
         self.views.itemChanged.connect(self._on_views_item_changed)
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
-        self.setStep(Step.BOARD)
+        self.setStep(CalibrationPage.BOARD)
 
     @property
-    def step(self) -> Step:
+    def step(self) -> CalibrationPage:
         """The page that is shown."""
-        return Step(self.pages.currentIndex())
+        return CalibrationPage(self.pages.currentIndex())
 
-    def setStep(self, step: Step) -> None:
+    def setStep(self, step: CalibrationPage) -> None:
         """Show a page."""
         self.pages.setCurrentIndex(step.value)
         steps = (self.tr("Board"), self.tr("Views"), self.tr("Result"))
         set_rich(self.stepsLabel, steps_markup(steps, step.value))
-        set_available(self.backButton, Lack.PAGE if step is Step.BOARD else None)
+        set_available(self.backButton, Lack.PAGE if step is CalibrationPage.BOARD else None)
         self.nextButton.setText(
             {
-                Step.BOARD: self.tr("Take &views"),
-                Step.VIEWS: self.tr("&Finish"),
-                Step.RESULT: self.tr("&Save…"),
+                CalibrationPage.BOARD: self.tr("Take &views"),
+                CalibrationPage.VIEWS: self.tr("&Finish"),
+                CalibrationPage.RESULT: self.tr("&Save…"),
             }[step]
         )
-        set_available(self.nextButton, Lack.VIEWS if step is Step.VIEWS else None)
-        self.cells.setVisible(step is Step.VIEWS)
+        set_available(self.nextButton, Lack.VIEWS if step is CalibrationPage.VIEWS else None)
+        self.cells.setVisible(step is CalibrationPage.VIEWS)
 
     def setBoard(self, settings: BoardSettings) -> None:
         """Show the chosen board."""
@@ -222,10 +222,10 @@ class CalibrationDialog(CalibratingDialog):
         self.progress.setMaximum(wanted)
         self.progress.setValue(min(preview.views, wanted))
         self.hintLabel.setText(preview.hint)
-        if self.step is Step.VIEWS:
+        if self.step is CalibrationPage.VIEWS:
             set_available(self.nextButton, None if preview.views >= FEWEST_VIEWS else Lack.VIEWS)
 
-    def setSolution(self, solution: Solution) -> None:
+    def setSolution(self, solution: CalibrationSolution) -> None:
         """Show a calibration and every view's error."""
         result = solution.result
         matrix, spread = result.calibration.matrix, result.uncertainty
@@ -263,7 +263,7 @@ class CalibrationDialog(CalibratingDialog):
             if current >= 0:
                 self.views.setCurrentItem(self.views.topLevelItem(current))
 
-    def setView(self, image: DisplayImage, solution: Solution, number: int) -> None:
+    def setView(self, image: DisplayImage, solution: CalibrationSolution, number: int) -> None:
         """Show a kept view with its errors enlarged, instead of the live image."""
         size = solution.result.calibration.width, solution.result.calibration.height
         self.canvas.setImage(image, *size)
@@ -309,7 +309,7 @@ class CalibrationDialog(CalibratingDialog):
 
     def _said(self, verdict: ViewVerdict) -> tuple[str, str]:
         """Return text and tone of a verdict; obstacles to a view matter only while views are taken."""
-        if verdict is ViewVerdict.NOT_SEEN or self.step is Step.VIEWS:
+        if verdict is ViewVerdict.NOT_SEEN or self.step is CalibrationPage.VIEWS:
             return verdict_text(verdict), _TONES[verdict]
         return self.tr("the board is seen"), "good"
 

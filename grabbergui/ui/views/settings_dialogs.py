@@ -19,7 +19,7 @@ from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference
-from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
+from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, SettingOutcome
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.shown_text import set_cell_tooltip, set_tooltip
@@ -69,7 +69,7 @@ class SettingsReport(QDialog):
             texts = (format_value(setting.before), format_value(setting.wanted))
             row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
             set_cell_tooltip(row, 4, setting.reason)
-            row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
+            row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is SettingOutcome.EQUAL)
             if setting.outcome in PENDING:
                 _make_checkable(row, setting.key)
             if setting.outcome not in SETTLED:
@@ -87,22 +87,22 @@ class SettingsReport(QDialog):
         self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
 
     def _summary(self, report: LoadReport) -> str:
-        counts = [(report.count(outcome), self._outcome(outcome)) for outcome in Outcome]
+        counts = [(report.count(outcome), self._outcome(outcome)) for outcome in SettingOutcome]
         counts.append((len(report.lost_lines), self.tr("not a setting")))
         return ", ".join(f"{count} {name}" for count, name in counts if count) or self.tr("Nothing to do")
 
-    def _outcome(self, outcome: Outcome) -> str:
+    def _outcome(self, outcome: SettingOutcome) -> str:
         return {
-            Outcome.WRITTEN: self.tr("written"),
-            Outcome.EQUAL: self.tr("equal"),
-            Outcome.WOULD_WRITE: self.tr("would be written"),
-            Outcome.DEPENDS: self.tr("depends on the others"),
-            Outcome.REFUSED: self.tr("refused"),
-            Outcome.DIFFERENT: self.tr("came out different"),
-            Outcome.LEFT_ALONE: self.tr("left alone"),
-            Outcome.UNKNOWN: self.tr("unknown"),
-            Outcome.CANCELLED: self.tr("cancelled"),
-            Outcome.NOT_WRITTEN: self.tr("not written"),
+            SettingOutcome.WRITTEN: self.tr("written"),
+            SettingOutcome.EQUAL: self.tr("equal"),
+            SettingOutcome.WOULD_WRITE: self.tr("would be written"),
+            SettingOutcome.DEPENDS: self.tr("depends on the others"),
+            SettingOutcome.REFUSED: self.tr("refused"),
+            SettingOutcome.DIFFERENT: self.tr("came out different"),
+            SettingOutcome.LEFT_ALONE: self.tr("left alone"),
+            SettingOutcome.UNKNOWN: self.tr("unknown"),
+            SettingOutcome.CANCELLED: self.tr("cancelled"),
+            SettingOutcome.NOT_WRITTEN: self.tr("not written"),
         }.get(outcome, outcome.value)
 
     def _show_equal(self, shown: bool) -> None:

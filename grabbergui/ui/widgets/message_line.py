@@ -16,7 +16,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.messages import Message
+from grabbergui.models.messages import UserMessage
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.keys import Popup
 from grabbergui.ui.theme import icon_pixmap
@@ -30,7 +30,7 @@ LIST_WIDTH = 560
 class MessageLine(QFrame):
     """Shows the first message in one line; a button opens the list of all, in full."""
 
-    dismissed = pyqtSignal(Message)
+    dismissed = pyqtSignal(UserMessage)
 
     iconLabel: QLabel
     textLabel: ElidedLabel
@@ -41,7 +41,7 @@ class MessageLine(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("message_line", self)
-        self._messages: tuple[Message, ...] = ()
+        self._messages: tuple[UserMessage, ...] = ()
         self._popup: QFrame | None = None
         self.closeButton.clicked.connect(self._on_close_clicked)
         self.moreButton.clicked.connect(self.showAll)
@@ -58,7 +58,7 @@ class MessageLine(QFrame):
         text = self.textLabel.fontMetrics().horizontalAdvance(self.textLabel.text())
         return self.sizeHint().width() - self.textLabel.sizeHint().width() + text
 
-    def setMessages(self, messages: Sequence[Message]) -> None:
+    def setMessages(self, messages: Sequence[UserMessage]) -> None:
         """Show the first of these messages, and the number of the others."""
         before = self._messages[0] if self._messages else None
         self._messages = tuple(messages)
@@ -119,7 +119,7 @@ class MessageLine(QFrame):
         if self._messages:
             self.iconLabel.setPixmap(icon_pixmap(_ICONS[self._messages[0].severity], self, 18))
 
-    def _show(self, message: Message | None) -> None:
+    def _show(self, message: UserMessage | None) -> None:
         self.textLabel.setText(message.sentence if message is not None else "")
         self.setAccessibleName(self.textLabel.text())
         _fill_offers(self.offersLayout, message.offers if message is not None else ())

@@ -15,7 +15,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.messages import Message, MessageModel, Offer, Severity
+from grabbergui.models.messages import MessageModel, Offer, Severity, UserMessage
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.theme import icon_pixmap
 
@@ -46,7 +46,7 @@ class MessageBar(QFrame):
     offersLayout: QHBoxLayout
     closeButton: QToolButton
 
-    def __init__(self, message: Message, parent: QWidget | None = None) -> None:
+    def __init__(self, message: UserMessage, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("message_bar", self)
         self.setProperty("message", message.severity.value)
@@ -70,7 +70,7 @@ class MessageBar(QFrame):
 class MessageList(QWidget):
     """A list of messages, the first on top."""
 
-    dismissed = pyqtSignal(Message)
+    dismissed = pyqtSignal(UserMessage)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -79,7 +79,7 @@ class MessageList(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(1)
 
-    def setMessages(self, messages: Sequence[Message]) -> None:
+    def setMessages(self, messages: Sequence[UserMessage]) -> None:
         """Replace the messages shown."""
         for old in self._bars:
             self._layout.removeWidget(old)
@@ -117,19 +117,19 @@ class MessageStack(MessageList):
 
     def showError(self, text: str) -> None:
         """Show an error message until it is dismissed."""
-        self._model.post(Message(text, Severity.ERROR))
+        self._model.post(UserMessage(text, Severity.ERROR))
 
     def showNotice(self, text: str) -> None:
         """Show a message that goes away by itself."""
         self._model.notice(text)
 
-    def showOffer(self, text: str, label: str, act: Callable[[], None]) -> Message:
+    def showOffer(self, text: str, label: str, act: Callable[[], None]) -> UserMessage:
         """Show a message with a button for its remedy, until it is dismissed."""
-        message = Message(text, offers=(Offer(label, act),))
+        message = UserMessage(text, offers=(Offer(label, act),))
         self._model.post(message)
         return message
 
-    def dismiss(self, message: Message) -> None:
+    def dismiss(self, message: UserMessage) -> None:
         """Remove a message; does nothing if it is gone already."""
         self._model.dismiss(message)
 

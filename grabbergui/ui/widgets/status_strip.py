@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.language import localized
-from grabbergui.models.messages import Message
+from grabbergui.models.messages import UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
@@ -65,7 +65,7 @@ class StatusStrip(QWidget):
         """Show the name of the open source, or a shorter one for little room; messages replace it."""
         self.titleLabel.setTexts(title, *shorter)
 
-    def setMessages(self, messages: Sequence[Message]) -> None:
+    def setMessages(self, messages: Sequence[UserMessage]) -> None:
         """Show the first of these messages in place of the title."""
         self.messages.setMessages(messages)
         self.messages.setVisible(bool(messages))

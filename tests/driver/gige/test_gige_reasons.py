@@ -17,7 +17,7 @@ from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.reasons import FIREWALL, StreamFacts, no_frames, not_found
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.models.diagnosis import Observation, Stage, diagnose
+from grabbergui.models.diagnosis import Stage, StreamObservation, diagnose
 from patience import until
 
 ADDRESS = f"127.16.{os.getpid() % 250 + 1}.1"
@@ -55,7 +55,7 @@ def test_an_unknown_payload_is_the_reason_and_not_the_cable() -> None:
 
 def test_window_and_command_line_give_the_reason() -> None:
     reason = no_frames(replace(NOTHING, seen_as="10.9.9.9"), [CARD])
-    seen = Observation("a camera", "192.168.1.10", "GigE Vision", 9.0, 9.0, silence=reason)
+    seen = StreamObservation("a camera", "192.168.1.10", "GigE Vision", 9.0, 9.0, silence=reason)
     found = diagnose(seen)
     assert found is not None and found.stage is Stage.PACKETS
     assert "sends nothing that arrives" in found.summary and reason in found.advice

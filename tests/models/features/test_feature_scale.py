@@ -5,7 +5,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
-from grabbergui.models.features.number_steps import Pace, natural_step, stepped
+from grabbergui.models.features.number_steps import StepSize, natural_step, stepped
 from grabbergui.models.features.slider_scale import SLIDER_STEPS, SliderScale, nearest_allowed
 
 
@@ -179,7 +179,7 @@ def test_a_part_of_a_range_has_the_numbers_of_the_whole(number, increment, share
     ],
 )
 def test_fine_and_coarse_steps(shown, fine, usual, coarse):
-    steps = [natural_step(shown, pace) for pace in (Pace.FINE, Pace.USUAL, Pace.COARSE)]
+    steps = [natural_step(shown, pace) for pace in (StepSize.FINE, StepSize.USUAL, StepSize.COARSE)]
     assert steps == [pytest.approx(step) for step in (fine, usual, coarse)]
 
 
@@ -207,7 +207,7 @@ def test_no_number_of_a_remote_camera_breaks_a_control(value, low, high, increme
             assert low <= scale.to_value(position) <= high
         assert 0 <= scale.to_position(3.0) <= scale.steps
         assert scale.around(3.0, 300).steps == scale.steps
-    for pace in Pace:
+    for pace in StepSize:
         assert natural_step(made, pace) > 0
         stepped(made, 3, pace)
     nearest_allowed(made, 3.0)

@@ -14,7 +14,7 @@ from grabbergui.models.language import set_translator
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.files import BAG_GUID, parse
-from grabbergui.models.settings.loading import Outcome, load_onto, roll_back
+from grabbergui.models.settings.loading import SettingOutcome, load_onto, roll_back
 from lost_camera import away
 from patience import PATIENCE, until
 
@@ -56,7 +56,7 @@ def test_saved_settings_are_loaded_onto_another_camera(camera, tmp_path, name):
         assert report.settled, [str(s) for s in report.settings]
         assert compare(capture(other), saved) == []
         assert other.feature("PixelFormat").value == "BayerRG8"
-        assert load_onto(other, read).count(Outcome.EQUAL) == len(read)
+        assert load_onto(other, read).count(SettingOutcome.EQUAL) == len(read)
     finally:
         other.close()
 
@@ -80,8 +80,8 @@ def test_only_differing_settings_are_written(camera, monkeypatch):
     monkeypatch.setattr(camera, "write_setting", lambda k, v: (written.append(k.name), really(k, v))[1])
     report = load_onto(camera, saved)
     assert written == ["Gain"]
-    assert outcomes(report)["Gain"] is Outcome.WRITTEN
-    assert report.count(Outcome.EQUAL) == len(saved) - 1
+    assert outcomes(report)["Gain"] is SettingOutcome.WRITTEN
+    assert report.count(SettingOutcome.EQUAL) == len(saved) - 1
 
 
 def test_a_wrong_order_is_mended_by_further_passes(camera):
@@ -105,13 +105,13 @@ def test_each_setting_has_an_outcome(camera):
     }
     report = load_onto(camera, FeatureSet(settings))
     assert outcomes(report) == {
-        "ExposureTime": Outcome.WRITTEN,
-        "Gain": Outcome.REFUSED,
-        "Flavour": Outcome.UNKNOWN,
-        "DeviceModelName": Outcome.REFUSED,
-        "TriggerSoftware": Outcome.REFUSED,
-        "TriggerMode[TriggerSelector=Nowhere]": Outcome.REFUSED,
-        "PixelFormat": Outcome.EQUAL,
+        "ExposureTime": SettingOutcome.WRITTEN,
+        "Gain": SettingOutcome.REFUSED,
+        "Flavour": SettingOutcome.UNKNOWN,
+        "DeviceModelName": SettingOutcome.REFUSED,
+        "TriggerSoftware": SettingOutcome.REFUSED,
+        "TriggerMode[TriggerSelector=Nowhere]": SettingOutcome.REFUSED,
+        "PixelFormat": SettingOutcome.EQUAL,
     }
     reasons = {setting.key.name: setting.reason for setting in report.settings}
     assert "out of range" in reasons["Gain"]
@@ -151,9 +151,9 @@ def test_loading_can_be_cancelled_at_any_moment_and_rolled_back(camera, share):
             cancelled.set()
 
     report = load_onto(camera, wanted, progress=cancel, cancelled=cancelled)
-    assert report.count(Outcome.CANCELLED) == (2 if share > 0.7 else 3)
-    assert report.count(Outcome.WRITTEN) == (1 if share > 0.7 else 0)
-    if report.count(Outcome.WRITTEN):
+    assert report.count(SettingOutcome.CANCELLED) == (2 if share > 0.7 else 3)
+    assert report.count(SettingOutcome.WRITTEN) == (1 if share > 0.7 else 0)
+    if report.count(SettingOutcome.WRITTEN):
         assert roll_back(camera, report).settled
     assert compare(before, capture(camera)) == []
 
@@ -161,7 +161,7 @@ def test_loading_can_be_cancelled_at_any_moment_and_rolled_back(camera, share):
 def test_an_automatic_mode_that_the_set_turns_on_stays_on(camera):
     settings = {SettingKey("ExposureAuto"): "Continuous", SettingKey("ExposureTime"): 777.0}
     report = load_onto(camera, FeatureSet(settings))
-    assert outcomes(report)["ExposureTime"] is Outcome.LEFT_ALONE
+    assert outcomes(report)["ExposureTime"] is SettingOutcome.LEFT_ALONE
     assert camera.feature("ExposureAuto").value == "Continuous"
 
 
@@ -174,7 +174,7 @@ def test_a_switch_that_the_set_turns_off_stays_off(camera):
 def test_a_dry_run_writes_nothing(camera):
     before = capture(camera)
     report = load_onto(camera, FeatureSet({SettingKey("Gain"): 3.0}), dry_run=True)
-    assert outcomes(report) == {"Gain": Outcome.WOULD_WRITE}
+    assert outcomes(report) == {"Gain": SettingOutcome.WOULD_WRITE}
     assert compare(before, capture(camera)) == []
 
 
@@ -249,11 +249,11 @@ def test_comparing_promises_only_what_loading_accepts(camera):
         SettingKey("BlackLevel"): 5.0,
     }
     promised = outcomes(load_onto(camera, FeatureSet(settings), dry_run=True))
-    assert promised["BlackLevel"] is Outcome.WOULD_WRITE
-    assert promised["Gain"] is Outcome.DEPENDS
-    assert promised["PixelFormat"] is promised["Gamma"] is Outcome.REFUSED
+    assert promised["BlackLevel"] is SettingOutcome.WOULD_WRITE
+    assert promised["Gain"] is SettingOutcome.DEPENDS
+    assert promised["PixelFormat"] is promised["Gamma"] is SettingOutcome.REFUSED
     kept = outcomes(load_onto(camera, FeatureSet(settings)))
-    assert {name for name, outcome in kept.items() if outcome is Outcome.WRITTEN} == {"BlackLevel"}
+    assert {name for name, outcome in kept.items() if outcome is SettingOutcome.WRITTEN} == {"BlackLevel"}
 
 
 def test_an_interrupted_load_reports_which_settings_were_written(camera, monkeypatch):
@@ -268,7 +268,11 @@ def test_an_interrupted_load_reports_which_settings_were_written(camera, monkeyp
     settings = {SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0, SettingKey("BlackLevel"): 5.0}
     report = load_onto(camera, FeatureSet(settings))
     found = outcomes(report)
-    assert found == {"Gain": Outcome.WRITTEN, "Gamma": Outcome.NOT_WRITTEN, "BlackLevel": Outcome.NOT_WRITTEN}
+    assert found == {
+        "Gain": SettingOutcome.WRITTEN,
+        "Gamma": SettingOutcome.NOT_WRITTEN,
+        "BlackLevel": SettingOutcome.NOT_WRITTEN,
+    }
     assert report.problem == "interrupted: the cable is out" and report.interrupted and not report.settled
     reasons = {setting.key.name: setting.reason for setting in report.settings}
     assert "during this write" in reasons["Gamma"] and reasons["BlackLevel"] == "the cable is out"
@@ -290,7 +294,7 @@ def test_a_load_interrupted_by_a_loss_lists_all_settings_and_the_stream_continue
         assert [setting.key.name for setting in report.settings] == list(wanted)
         assert report.interrupted and report.written == written
         assert report.problem.startswith("interrupted: ")
-        left = [each for each in report.settings if each.outcome is Outcome.NOT_WRITTEN]
+        left = [each for each in report.settings if each.outcome is SettingOutcome.NOT_WRITTEN]
         assert len(left) >= 2 and all(each.reason for each in left)
         assert len(report.lines()) == (len(left) + written + 2 if written else 2)
     until(lambda: not camera.lost, "its return")
@@ -334,5 +338,5 @@ def test_the_reason_for_an_open_outcome_is_in_the_users_language(camera):
         (report,) = load_onto(camera, locked, dry_run=True).settings
     finally:
         set_translator(None)
-    assert report.outcome is Outcome.DEPENDS
+    assert report.outcome is SettingOutcome.DEPENDS
     assert report.reason == "<is read-only; streaming or another feature may lock it>"

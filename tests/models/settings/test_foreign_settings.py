@@ -10,7 +10,7 @@ from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
-from grabbergui.models.settings.loading import Outcome, load_onto
+from grabbergui.models.settings.loading import SettingOutcome, load_onto
 
 PERSISTENT = (
     "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\n# Device = Kamera für 20 °C\nGain\t2\nDeviceUserID\tTür\n"
@@ -103,6 +103,6 @@ def test_thousands_of_unknown_settings_take_no_time():
     wanted = {SettingKey(f"Featura{i}"): 1 for i in range(10_000)}
     begun = time.process_time()
     report = load_onto(grabber, FeatureSet(wanted), dry_run=True)
-    assert report.count(Outcome.UNKNOWN) == 10_000
+    assert report.count(SettingOutcome.UNKNOWN) == 10_000
     assert "did you mean" in report.settings[0].reason and not report.settings[-1].reason
     assert time.process_time() - begun < 2

@@ -13,16 +13,16 @@ from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.grabber_rpc import (
     VERSION_REPLY,
     Call,
+    CallReply,
     Operation,
-    Refusal,
-    Reply,
-    Status,
+    RefusedRequest,
+    ReturnValue,
     decode_request,
     encode_reply,
     encode_request,
     read_reply,
 )
-from grabbergui.net.yarp.grabber_values import EMPTY_IMAGE, Configuration, Kind
+from grabbergui.net.yarp.grabber_values import EMPTY_IMAGE, Configuration, ValueKind
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 
@@ -51,12 +51,12 @@ def test_our_3x_server_gives_the_same_answers(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if not isinstance(Bottle.decode(exchange.request)[0], Vocab):
         return  # 3.x does not know thrift's words, where we answer for 4.0
-    if isinstance(call, Refusal):
+    if isinstance(call, RefusedRequest):
         assert call.message == exchange.reply
         return
     assert call.dialect is Dialect.YARP3
     recorded_reply = Bottle.decode(exchange.reply, Dialect.YARP3)
-    if Kind.FLAG in call.operation.results and recorded_reply[-1] not in (0, 1, Vocab("fail")):
+    if ValueKind.FLAG in call.operation.results and recorded_reply[-1] not in (0, 1, Vocab("fail")):
         # The flag of a query that failed is whatever lay in the server's memory.
         with pytest.raises(RemoteProtocolError, match="0 or 1"):
             read_reply(call, recorded_reply)
@@ -70,7 +70,7 @@ def test_our_40_server_gives_the_same_answers(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if not exchange.reply:
         return  # requests that a real 4.0 leaves without an answer
-    if isinstance(call, Refusal):
+    if isinstance(call, RefusedRequest):
         if call.message.startswith(bytes.fromhex("00010000 02000000 09000000") + b"many"):
             assert exchange.reply.startswith(call.message[:16])
         else:
@@ -88,7 +88,7 @@ def test_our_40_server_gives_the_same_answers(exchange: Exchange) -> None:
 @pytest.mark.parametrize("exchange", recorded(("rpc_nwc_aravis_312", "rpc_nwc_fake_312", "rpc_nwc_fake_40")))
 def test_our_client_would_have_asked_the_same(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
-    if isinstance(call, Refusal):
+    if isinstance(call, RefusedRequest):
         assert call.message == VERSION_REPLY
         return
     # YARP's own client sends this one request with the codes left out, for no reason visible to the reader.
@@ -109,7 +109,7 @@ def test_values_of_a_recorded_aravis_camera() -> None:
     assert answers[Operation.GET_VALUES, (15,)].values == (0.1, 1000.0)
     assert answers[Operation.HAS_FEATURE, (15,)].values == (True,)
     assert not answers[Operation.GET_RESOLUTION, ()].ok
-    assert answers[Operation.SET_VALUE, (15, 10.0)].status is Status.FAILED
+    assert answers[Operation.SET_VALUE, (15, 10.0)].status is ReturnValue.FAILED
 
 
 def test_configurations_of_both_dialects() -> None:
@@ -132,14 +132,14 @@ def test_configurations_of_both_dialects() -> None:
 @pytest.mark.parametrize("operation", Operation)
 def test_every_call_and_reply_comes_back(operation: Operation, dialect: Dialect) -> None:
     samples = {
-        Kind.INT: 7,
-        Kind.FLOAT: 0.1,
-        Kind.FLAG: True,
-        Kind.TEXT: "Acme",
-        Kind.IMAGE: EMPTY_IMAGE,
-        Kind.VERTICES: ((1, 2), (5, 6)),
-        Kind.CONFIGURATIONS: (Configuration(640, 480, 30.0, "rgb"),),
-        Kind.PROPERTIES: {"k1": 0.5, "model": "plumb_bob"},
+        ValueKind.INT: 7,
+        ValueKind.FLOAT: 0.1,
+        ValueKind.FLAG: True,
+        ValueKind.TEXT: "Acme",
+        ValueKind.IMAGE: EMPTY_IMAGE,
+        ValueKind.VERTICES: ((1, 2), (5, 6)),
+        ValueKind.CONFIGURATIONS: (Configuration(640, 480, 30.0, "rgb"),),
+        ValueKind.PROPERTIES: {"k1": 0.5, "model": "plumb_bob"},
     }
     call = Call(operation, tuple(samples[kind] for kind in operation.arguments), dialect)
     if dialect is Dialect.YARP4 and not operation.method:
@@ -147,7 +147,7 @@ def test_every_call_and_reply_comes_back(operation: Operation, dialect: Dialect)
             encode_request(call)
         return
     assert decode_request(encode_request(call)) == call
-    reply = Reply(tuple(samples[kind] for kind in operation.results))
+    reply = CallReply(tuple(samples[kind] for kind in operation.results))
     assert read_reply(call, Bottle.decode(b"".join(encode_reply(call, reply)), dialect)) == reply
 
 
@@ -155,12 +155,12 @@ def test_every_call_and_reply_comes_back(operation: Operation, dialect: Dialect)
 @pytest.mark.parametrize("operation", [o for o in Operation if o.method])
 def test_failures_keep_the_shape_that_clients_read(operation: Operation, dialect: Dialect) -> None:
     call = Call(operation, (), dialect)
-    message = b"".join(encode_reply(call, Reply(status=Status.FAILED, text="no")))
+    message = b"".join(encode_reply(call, CallReply(status=ReturnValue.FAILED, text="no")))
     reply = read_reply(call, Bottle.decode(message, dialect))
     if dialect is Dialect.YARP3 and operation.interface == "fgc" and operation.results:
-        assert reply == Reply(tuple(kind.zero for kind in operation.results))
+        assert reply == CallReply(tuple(kind.zero for kind in operation.results))
     else:
-        assert reply.status is Status.FAILED
+        assert reply.status is ReturnValue.FAILED
 
 
 def test_words_may_be_typed_as_strings() -> None:
@@ -190,7 +190,7 @@ def test_words_may_be_typed_as_strings() -> None:
 )
 def test_nonsense_is_answered(text: str, answer: str) -> None:
     refusal = decode_request(Bottle.from_text(text).encode())
-    assert isinstance(refusal, Refusal)
+    assert isinstance(refusal, RefusedRequest)
     assert Bottle.decode(refusal.message).to_text() == answer
 
 
@@ -217,7 +217,7 @@ def test_arguments_of_any_kind_are_answered(
 ) -> None:
     head = [operation.method] if dialect is Dialect.YARP4 else [Vocab(word) for word in operation.words]
     message = Bottle([*head, *arguments]).encode(dialect)  # type: ignore[list-item]
-    assert isinstance(decode_request(message), (Call, Refusal))
+    assert isinstance(decode_request(message), (Call, RefusedRequest))
 
 
 @given(operations, st.sampled_from(Dialect), st.lists(items, max_size=8))
@@ -226,10 +226,10 @@ def test_replies_of_any_kind_are_read_or_refused(
 ) -> None:
     call = Call(operation, dialect=dialect)
     with suppress(RemoteProtocolError):
-        assert isinstance(read_reply(call, reply), Reply)  # type: ignore[arg-type]
+        assert isinstance(read_reply(call, reply), CallReply)  # type: ignore[arg-type]
 
 
 @given(st.binary(max_size=200))
 def test_bytes_of_any_kind_are_read_or_refused(message: bytes) -> None:
     with suppress(RemoteProtocolError):
-        assert isinstance(decode_request(message), (Call, Refusal))
+        assert isinstance(decode_request(message), (Call, RefusedRequest))

@@ -23,7 +23,14 @@ from grabbergui.net import tree
 from grabbergui.net.numbered_features import FeatureId
 from grabbergui.net.yarp import grabber_service, grabber_values, image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
+from grabbergui.net.yarp.grabber_rpc import (
+    Call,
+    CallReply,
+    Operation,
+    ReturnValue,
+    encode_request,
+    read_reply,
+)
 from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
@@ -58,10 +65,10 @@ class Wire:
         self.dialect = dialect
         self.asked = 0
 
-    def ask(self, operation: Operation, *arguments: object) -> Reply:
+    def ask(self, operation: Operation, *arguments: object) -> CallReply:
         self.asked += 1
         if self.dialect is Dialect.YARP4 and not operation.method:
-            return Reply(status=Status.NOT_IMPLEMENTED)
+            return CallReply(status=ReturnValue.NOT_IMPLEMENTED)
         call = Call(operation, arguments, self.dialect)  # type: ignore[arg-type]
         answer = self.service.answer(Bottle.decode(encode_request(call)))
         return read_reply(call, Bottle.decode(b"".join(answer), self.dialect))
@@ -80,7 +87,7 @@ def test_every_request_is_answered(wire: Wire) -> None:
     samples = {"INT": 1, "FLOAT": 0.5, "FLAG": True, "VERTICES": ((0, 0), (5, 5))}
     for operation in Operation:
         arguments = [samples[kind.name] for kind in operation.arguments]
-        assert isinstance(wire.ask(operation, *arguments), Reply)
+        assert isinstance(wire.ask(operation, *arguments), CallReply)
 
 
 def test_a_camera_is_described(wire: Wire, grabber: FrameGrabber) -> None:
@@ -160,8 +167,8 @@ def test_a_crop_includes_both_corners_and_must_lie_within_the_image(wire: Wire) 
 def test_resolution_and_mirror_are_set_together_or_not_at_all(wire: Wire, grabber: FrameGrabber) -> None:
     assert wire.ask(Operation.SET_RESOLUTION, 320, 240).ok
     assert wire.ask(Operation.GET_RESOLUTION).values == (320, 240)
-    assert wire.ask(Operation.SET_RESOLUTION, 10**6, 240).status is not Status.OK
-    assert wire.ask(Operation.SET_RESOLUTION, 160, 10**6).status is not Status.OK
+    assert wire.ask(Operation.SET_RESOLUTION, 10**6, 240).status is not ReturnValue.OK
+    assert wire.ask(Operation.SET_RESOLUTION, 160, 10**6).status is not ReturnValue.OK
     assert wire.ask(Operation.GET_RESOLUTION).values == (320, 240)
     assert wire.ask(Operation.SET_MIRROR, True).ok
     assert wire.ask(Operation.GET_MIRROR).values == (True,)
@@ -286,12 +293,12 @@ def test_a_balance_is_not_written_while_the_other_one_cannot_be_read(
     grabber.write_feature("PixelFormat", "BayerRG8")
     readable = 1
 
-    def ask(operation: Operation, *arguments: object) -> Reply:
+    def ask(operation: Operation, *arguments: object) -> CallReply:
         nonlocal readable
         if operation is Operation.GET_VALUES and arguments == (FeatureId.WHITE_BALANCE,):
             readable -= 1
             if readable < 0:
-                return Reply(status=Status.FAILED)
+                return CallReply(status=ReturnValue.FAILED)
         return wire.ask(operation, *arguments)
 
     remote = NumberFeatures(ask)
@@ -304,7 +311,7 @@ def test_a_balance_is_not_written_while_the_other_one_cannot_be_read(
 
 
 def test_a_server_that_has_nothing(dialect: Dialect) -> None:
-    remote = NumberFeatures(lambda operation, *arguments: Reply(status=Status.NOT_IMPLEMENTED))
+    remote = NumberFeatures(lambda operation, *arguments: CallReply(status=ReturnValue.NOT_IMPLEMENTED))
     assert list(remote.tree.descriptions()) == []
     assert remote.changes() == frozenset()
 

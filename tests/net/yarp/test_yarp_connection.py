@@ -21,10 +21,10 @@ from grabbergui.net.yarp.os.connection import (
     PAUSED,
     READERS,
     TRANSITIONS,
-    Connection,
     Phase,
     Wait,
     Who,
+    YarpConnection,
     next_phase,
 )
 from grabbergui.net.yarp.os.events import Ack, Closed, Header, HeaderReply, Message, Reply
@@ -135,7 +135,7 @@ def arriving(connection, data, step=1 << 20):
 @STEPS
 @pytest.mark.parametrize("carrier", TURNS)
 def test_events_become_their_bytes_and_bytes_their_events(carrier, step):
-    ends = {"opener": Connection(opener=True), "acceptor": Connection(opener=False)}
+    ends = {"opener": YarpConnection(opener=True), "acceptor": YarpConnection(opener=False)}
     for who, events, data in TURNS[carrier]:
         other = ends["acceptor" if who == "opener" else "opener"]
         assert b"".join(part for event in events for part in ends[who].send(event)) == data
@@ -152,7 +152,7 @@ def test_an_end_within_an_event_is_an_error_and_between_two_is_none(carrier):
     """Every turn cut off at every byte; whole events before the cut arrive."""
     for number, (who, _, data) in enumerate(TURNS[carrier]):
         for cut in range(1, len(data)):
-            peer = Connection(opener=who != "opener")
+            peer = YarpConnection(opener=who != "opener")
             for earlier, events, earlier_data in TURNS[carrier][:number]:
                 if earlier == who:
                     arriving(peer, earlier_data)
@@ -170,7 +170,7 @@ def test_an_end_within_an_event_is_an_error_and_between_two_is_none(carrier):
 def _cuts(carrier, number, cut):
     """Whether a cut lies within an event: not where one of a turn's events ends."""
     who, events, _ = TURNS[carrier][number]
-    actor = Connection(opener=who == "opener")
+    actor = YarpConnection(opener=who == "opener")
     for earlier, earlier_events, data in TURNS[carrier][:number]:
         if earlier == who:
             for event in earlier_events:
@@ -185,7 +185,7 @@ def _cuts(carrier, number, cut):
 
 @STEPS
 def test_a_name_servers_lines(step):
-    client, server = Connection(opener=True), Connection(opener=False)
+    client, server = YarpConnection(opener=True), YarpConnection(opener=False)
     assert client.send(Header(wire.NAME_SER, "")) == []
     exchanges = [
         ("query /a", "registration name /a ip 127.0.0.1 port 10002 type tcp\r\n*** end of message\r\n"),
@@ -222,14 +222,14 @@ def test_a_name_servers_lines(step):
     ids=["mjpeg", "page"],
 )
 def test_http_follows_the_header_reply(request_, header, reply, step):
-    source = Connection(opener=False)
+    source = YarpConnection(opener=False)
     assert arriving(source, request_, step) == [header]
     assert b"".join(source.send(HeaderReply())) == reply
     assert source.phase is Phase.SWITCHED and source.next_event() is PAUSED
 
 
 def test_a_reader_of_mjpeg_leaves_the_response_to_its_own_reader():
-    reader = Connection(opener=True)
+    reader = YarpConnection(opener=True)
     assert reader.send(Header(wire.MJPEG, "127.0.0.1")) == [wire.STREAM_REQUEST % b"127.0.0.1"]
     assert reader.next_event() is NEED_DATA
     assert arriving(reader, b"HTTP/1.0 200 OK\r\n") == [HeaderReply()]
@@ -242,7 +242,7 @@ def replayed(conversation: Conversation, dialect: Dialect, step: int):
 
     YARP does not always wait for its turn to write, but both read in turns.
     """
-    opener, acceptor = Connection(opener=True), Connection(opener=False)
+    opener, acceptor = YarpConnection(opener=True), YarpConnection(opener=False)
     found = []
 
     def pump():
@@ -306,7 +306,7 @@ def test_every_reader_has_its_place_in_the_table_and_every_phase_a_row():
 
 
 def test_events_out_of_turn_are_refused_by_name():
-    opener = Connection(opener=True)
+    opener = YarpConnection(opener=True)
     with pytest.raises(
         LocalProtocolError, match="opener has no Message to send on a connection before the header"
     ):
@@ -321,7 +321,7 @@ def test_events_out_of_turn_are_refused_by_name():
     "header", [*(turns[0][2] for turns in TURNS.values()), MJPEG, b"NAME_SERVER list\r\n"]
 )
 def test_what_has_no_form_on_a_carrier_is_refused_by_name(header):
-    acceptor = Connection(opener=False)
+    acceptor = YarpConnection(opener=False)
     acceptor.receive_data(header)
     assert isinstance(acceptor.next_event(), Header)
     with pytest.raises(LocalProtocolError, match="a Closed has no form"):
@@ -355,12 +355,12 @@ def tcp_header(name):
     ],
 )  # fmt: skip
 def test_headers_at_their_limits(data, header):
-    acceptor = Connection(opener=False)
+    acceptor = YarpConnection(opener=False)
     acceptor.receive_data(data)
     if isinstance(header, Header):
         assert acceptor.next_event() == header
         if not header.request:
-            assert Connection(opener=True).send(header) == [data]
+            assert YarpConnection(opener=True).send(header) == [data]
     else:
         with pytest.raises(RemoteProtocolError, match=header):
             acceptor.next_event()
@@ -368,7 +368,7 @@ def test_headers_at_their_limits(data, header):
 
 def test_a_name_that_no_peer_would_take_is_not_sent():
     with pytest.raises(LocalProtocolError, match="name of 1001 bytes"):
-        Connection(opener=True).send(Header(wire.TCP, "n" * 1000))
+        YarpConnection(opener=True).send(Header(wire.TCP, "n" * 1000))
 
 
 def test_on_text_only_what_carries_a_bottle_is_followed_by_one():
@@ -378,7 +378,7 @@ def test_on_text_only_what_carries_a_bottle_is_followed_by_one():
 
 
 def ready(carrier=wire.TCP, **options):
-    opener, acceptor = Connection(opener=True), Connection(opener=False, **options)
+    opener, acceptor = YarpConnection(opener=True), YarpConnection(opener=False, **options)
     arriving(acceptor, b"".join(opener.send(Header(carrier, "/a"))))
     arriving(opener, b"".join(acceptor.send(HeaderReply(1))))
     return opener, acceptor
@@ -389,7 +389,7 @@ def ready(carrier=wire.TCP, **options):
     st.sampled_from([b"", *(turns[0][2] for turns in TURNS.values()), b"GET /", b"NAME_SER"]),
 )
 def test_random_bytes_become_events_or_an_error(data, header):
-    acceptor = Connection(opener=False, limit=1 << 16)
+    acceptor = YarpConnection(opener=False, limit=1 << 16)
     acceptor.receive_data(header + data)
     acceptor.receive_data(b"")
     try:

@@ -16,8 +16,8 @@ from grabbergui.net.yarp.os.codecs import NAMES_LIMIT, TextCodec
 from grabbergui.net.yarp.os.connection import (
     NEED_DATA,
     PAUSED,
-    Connection,
     Phase,
+    YarpConnection,
 )
 from grabbergui.net.yarp.os.events import Ack, Closed, Header, Message, Reply
 from grabbergui.net.yarp.os.values import Dialect, Float32, Vocab
@@ -62,7 +62,7 @@ def test_a_reply_of_many_lines_has_a_limit(piece, monkeypatch):
 
 
 def test_a_name_servers_answer_has_a_limit():
-    client = Connection(opener=True)
+    client = YarpConnection(opener=True)
     client.send(Header(wire.NAME_SER, ""))
     client.send(Message("d", text="NAME_SERVER list"))
     line = b"registration name /a" + b"a" * 50_000 + b"\r\n"

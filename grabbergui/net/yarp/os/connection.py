@@ -47,7 +47,7 @@ class Who(str, Enum):
 
 
 class Wait(Enum):
-    """Results of `Connection.next_event` that are no events."""
+    """Results of `YarpConnection.next_event` that are no events."""
 
     NEED_DATA = "the event is incomplete"
     PAUSED = "it is our turn, or nothing can follow"
@@ -127,7 +127,7 @@ def next_phase(phase: Phase, who: Who, event: type[Event]) -> Phase:
         ) from None
 
 
-class Connection:
+class YarpConnection:
     """One end of a connection. Not thread-safe.
 
     Pass the bytes that arrive (`receive_data`, or fill `wanted` and call `received`), then call `next_event`

@@ -28,7 +28,7 @@ from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
-from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.connection import YarpConnection
 from grabbergui.net.yarp.os.datagram_sockets import datagram_receiver, receive_datagrams
 from grabbergui.net.yarp.os.datagrams import Reassembler
 from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message
@@ -267,7 +267,7 @@ class Input:
         if self._owner.key:
             sockets.authenticate(self._sock, self._owner.key, accepting=True)
         link = Link(
-            self._sock, Connection(opener=False, allocate=self._owner.allocate, limit=self._owner.limit)
+            self._sock, YarpConnection(opener=False, allocate=self._owner.allocate, limit=self._owner.limit)
         )
         going = True
         while going:

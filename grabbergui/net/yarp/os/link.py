@@ -18,7 +18,7 @@ from grabbergui.core.errors import (
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.connection import NEED_DATA, Connection, Wait
+from grabbergui.net.yarp.os.connection import NEED_DATA, Wait, YarpConnection
 from grabbergui.net.yarp.os.events import Ack, Closed, Event, Header, HeaderReply, Message, Reply
 
 E = TypeVar("E", bound=Event)
@@ -29,7 +29,7 @@ _LONG_READ_BYTES = 1 << 20
 class Link:
     """A socket and the connection on it. One thread reads, one writes."""
 
-    def __init__(self, sock: socket.socket, connection: Connection) -> None:
+    def __init__(self, sock: socket.socket, connection: YarpConnection) -> None:
         self.sock = sock
         self.connection = connection
         self._limit = 0.0
@@ -102,7 +102,7 @@ def greet(sock: socket.socket, header: Header) -> tuple[Link, HeaderReply]:
 
     Raises TransportError, RemoteProtocolError, LocalProtocolError.
     """
-    link = Link(sock, Connection(opener=True))
+    link = Link(sock, YarpConnection(opener=True))
     try:
         link.send(header)
         return link, link.expect(HeaderReply)

@@ -22,7 +22,7 @@ from grabbergui.net.yarp.os.configuration import (
     namespace,
     parse_address,
 )
-from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.connection import YarpConnection
 from grabbergui.net.yarp.os.contact import Contact, contacts
 from grabbergui.net.yarp.os.events import Header, Message, Reply
 from grabbergui.net.yarp.os.link import Link
@@ -118,7 +118,7 @@ class NameClient:
                 f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`, let "
                 f"`serve` run one with --with-name-server{hint}"
             ) from error
-        link = Link(sock, Connection(opener=True))
+        link = Link(sock, YarpConnection(opener=True))
         try:
             link.send(Header(NAME_SER, ""))
             link.send(Message("d", text=f"{PREFIX}{command}"))
