@@ -5,19 +5,19 @@ from __future__ import annotations
 import ctypes
 import threading
 import time
-import weakref
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 from typing_extensions import override
 
 from grabbergui.core import pixels
 from grabbergui.core.component import Component, ComponentKind, Conversions, PayloadType, own_component
 from grabbergui.core.errors import PixelFormatError
+from grabbergui.core.leases import Leases
 from grabbergui.core.pfnc import PixelFormat
 
 POOL_MEMORY = 512 << 20
@@ -41,35 +41,32 @@ class BufferPool:
         self.limit = limit or min(max(POOL_MEMORY // max(size, 1), FEWEST_BUFFERS), MOST_BUFFERS)
         "Largest number of buffers in use."
         self._free: deque[NDArray[np.uint8]] = deque()
-        self._in_use = 0
-        # Reentrant: a garbage collection inside `take` may run a finaliser, which calls `_give_back`.
+        self._leases: Leases[NDArray[np.uint8]] = Leases()
+        # Reentrant: a garbage collection inside `take` may run another finaliser, which takes a buffer.
         self._lock = threading.RLock()
 
     @property
     def in_use(self) -> int:
         """Buffers that are still referenced."""
-        return self._in_use
+        with self._lock:
+            self._free.extend(self._leases.returned())
+            return len(self._leases)
 
     def take(self) -> NDArray[np.uint8] | None:
         """Return a writable array of `size` undefined bytes; None if no buffer or no memory is left."""
         with self._lock:
-            if self._in_use >= self.limit:
+            self._free.extend(self._leases.returned())
+            if len(self._leases) >= self.limit:
                 return None
             try:
                 storage = self._free.pop() if self._free else np.empty(self.size, np.uint8)
             except MemoryError:
                 return None  # costs a frame, but the receiving thread must not end
-            self._in_use += 1
-        # numpy collapses chains of array bases, but keeps this object, which lives as long as any view.
-        lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage.data)
-        weakref.finalize(lease, self._give_back, storage).atexit = False
-        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
+            # numpy collapses chains of array bases, but keeps this object, which lives as long as any view.
+            keeper: Any = (ctypes.c_ubyte * self.size).from_buffer(storage.data)
+            self._leases.lend(keeper, storage)
+        array: NDArray[np.uint8] = np.frombuffer(keeper, np.uint8)
         return array
-
-    def _give_back(self, storage: NDArray[np.uint8]) -> None:
-        with self._lock:
-            self._in_use -= 1
-            self._free.append(storage)
 
 
 MOST_AGE = 60.0
@@ -221,6 +218,14 @@ class Frame:
         for a format that cannot be converted.
         """
         return self._conversions.get("rgb", lambda: pixels.to_rgb(self._image()))
+
+    def bgr(self) -> NDArray[np.uint8]:
+        """Return the image as OpenCV has it: as `rgb`, with the channels in the order B G R."""
+        return self._conversions.get("bgr", lambda: pixels.to_bgr(self.rgb()))
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Let `numpy.asarray(frame)`, and what uses it, take the sensor's data: see `raw`."""
+        return np.array(self.raw(), dtype, copy=copy)
 
     def mono(self) -> NDArray[np.uint8]:
         """Return the image in grey: (height, width) uint8, read-only; a view of the payload for Mono8."""

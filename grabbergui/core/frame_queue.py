@@ -13,9 +13,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 
 log = logging.getLogger(__name__)
@@ -25,16 +26,19 @@ class FrameQueue:
     """A bounded queue for one consumer of the stream; when it is full, it drops the oldest frame.
 
     A consumer that needs every frame (a recorder) opens a deep queue and checks `dropped`. Any thread may
-    put, get and close.
+    put, get and close. Ctrl-C may interrupt `get` at any point: it holds no lock that the receiving thread
+    needs, as it would with a Condition, whose methods are Python code.
     """
 
     def __init__(self, depth: int = 2) -> None:
         if depth < 1:
-            raise ValueError(f"a frame queue of depth {depth} holds nothing")
+            raise UsageError(f"a frame queue of depth {depth} holds nothing; 1 is the least")
         self.dropped = 0
         "Frames that were dropped because the consumer was too slow."
-        self._frames: deque[Frame] = deque(maxlen=depth)
-        self._changed = threading.Condition()
+        self._depth = depth
+        self._frames: SimpleQueue[Frame | None] = SimpleQueue()
+        "None wakes a consumer when the queue is closed."
+        self._putting = threading.Lock()
         self._closed = False
 
     @property
@@ -44,35 +48,50 @@ class FrameQueue:
 
     def put(self, frame: Frame) -> None:
         """Add a frame; never waits."""
-        with self._changed:
+        with self._putting:
             if self._closed:
                 return
-            if len(self._frames) == self._frames.maxlen:
-                self.dropped += 1
-            self._frames.append(frame)
-            self._changed.notify()
+            if self._frames.qsize() >= self._depth:
+                self.dropped += self._discard()
+            self._frames.put(frame)
 
     def get(self, timeout: float) -> Frame:
         """Remove and return the oldest frame. Raises FrameTimeoutError after `timeout` s or if closed."""
-        with self._changed:
-            wait = min(timeout, threading.TIMEOUT_MAX)  # for more, as infinity, Python raises OverflowError
-            if not self._changed.wait_for(lambda: self._frames or self._closed, wait):
-                raise FrameTimeoutError(f"no frame arrived within {timeout:.3g} s")
-            if not self._frames:
-                raise FrameTimeoutError("the stream was closed")
-            return self._frames.popleft()
+        wait = min(max(timeout, 0.0), threading.TIMEOUT_MAX)  # for more Python raises OverflowError
+        if self._closed:
+            raise FrameTimeoutError("the stream was closed")
+        try:
+            frame = self._frames.get(timeout=wait)
+        except Empty:
+            raise FrameTimeoutError(f"no frame arrived within {timeout:.3g} s") from None
+        if frame is None:
+            self._frames.put(None)  # for the next one who waits
+            raise FrameTimeoutError("the stream was closed")
+        return frame
 
     def clear(self) -> None:
         """Discard all frames, as when the stream is restarted."""
-        with self._changed:
-            self._frames.clear()
+        with self._putting:
+            self._discard_all()
 
     def close(self) -> None:
         """Discard all frames and wake all waiting threads. May be called twice."""
-        with self._changed:
+        with self._putting:
             self._closed = True
-            self._frames.clear()
-            self._changed.notify_all()
+            self._discard_all()
+            self._frames.put(None)
+
+    def _discard_all(self) -> None:
+        for _ in range(self._frames.qsize()):
+            self._discard()
+
+    def _discard(self) -> bool:
+        """Discard the oldest frame; return whether there was one, which the consumer may just have taken."""
+        try:
+            self._frames.get_nowait()
+        except Empty:
+            return False
+        return True
 
 
 class FrameFanout:

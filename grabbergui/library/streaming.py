@@ -15,8 +15,7 @@ import functools
 import itertools
 import os
 import threading
-import weakref
-from collections.abc import AsyncGenerator, AsyncIterator, Callable, Generator, Iterator
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -26,6 +25,7 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.library.collected import await_ends, when_collected
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 
@@ -49,7 +49,6 @@ class StreamUse:
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
         self._process = os.getpid()
-        # Loops of a generator may also end where the collector runs, on a thread that holds this lock.
         self._lock = threading.RLock()
         self._loops = 0
         self._grabs = 0
@@ -117,6 +116,8 @@ class Frames:
     ) -> None:
         if count is not None and count < 0:
             raise UsageError(f"frames({count}): the number of frames is 0 or more, or None for no end")
+        if depth < 1:
+            raise UsageError(f"frames(depth={depth}): at least one frame must be able to wait for the loop")
         self._grabber = grabber
         self._use = use
         self._get = get
@@ -131,15 +132,21 @@ class Frames:
         """Frames that the loop was too slow for, so far or in the last loop."""
         return self._queue.dropped if self._queue is not None else self._dropped
 
-    def __iter__(self) -> Generator[Frame]:
-        with self.started() as frames:
-            yield from frames
+    def __iter__(self) -> FrameLoop:
+        stack, frames = contextlib.ExitStack(), None
+        try:
+            frames = stack.enter_context(self.started())
+            return FrameLoop(frames, stack)
+        except BaseException:
+            stack.close()
+            raise
 
     @contextlib.contextmanager
     def started(self) -> Iterator[Iterator[Frame]]:
         """Stream during the block, and return the iterator for `next(frames)`, which may follow a time-out.
 
-        So a program can start several cameras before their trigger, or wait for the next pulse once more.
+        So a program can start several cameras before their trigger, wait for the next pulse once more, or for
+        a camera that is lost.
         """
         queue = self._queue = self._grabber.open_queue(self._depth)
         count = () if self._count is None else (self._count,)
@@ -149,6 +156,32 @@ class Frames:
         finally:
             self._queue, self._dropped = None, queue.dropped
             queue.close()
+
+
+class FrameLoop(Iterator[Frame]):
+    """The iterator of one loop. It ends the use of the stream: at its end, on an error, or when it is left.
+
+    A loop that the program leaves by `break` or an exception of its own ends on a thread of the library
+    (`collected`), at once. It is no generator: the code in a generator's `finally` would run in a finaliser.
+    """
+
+    def __init__(self, frames: Iterator[Frame], stream: contextlib.ExitStack) -> None:
+        self._frames = frames
+        self._stream = stream
+        self._left = when_collected(self, stream.close)
+
+    def __next__(self) -> Frame:
+        try:
+            return next(self._frames)
+        except BaseException:  # StopIteration, too
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """End the loop. May be called twice."""
+        self._frames = iter(())
+        self._stream.close()
+        self._left.cancel()
 
 
 class AsyncFrames:
@@ -268,8 +301,7 @@ class Closing:
         """`close` must not refer to `owner`, which would never be collected."""
         self._close = close
         self._process = os.getpid()
-        self._collected = weakref.finalize(owner, self._begin)
-        self._collected.atexit = False  # at the program's end nothing may be left to a thread
+        self._collected = when_collected(owner, self._begin)
         atexit.register(self.now)
 
     def now(self) -> None:
@@ -280,7 +312,7 @@ class Closing:
             else:
                 self._close()
         # Last, so that a close that Ctrl-C interrupted before it began still happens at exit.
-        self._collected.detach()
+        self._collected.cancel()
         atexit.unregister(self.now)
 
     def _close_undisturbed(self) -> None:
@@ -296,7 +328,7 @@ class Closing:
         _CLOSING.discard(thread)
 
     def _begin(self) -> None:
-        # The collector runs on any thread, perhaps on one that `close` would wait for.
+        """Close on a thread of its own, so that no other camera waits for this one."""
         if os.getpid() == self._process:
             thread = threading.Thread(target=self.now, name="close camera")
             with contextlib.suppress(RuntimeError):  # the program ends, and `now` will be called
@@ -306,6 +338,7 @@ class Closing:
 
 def await_collected() -> None:
     """Wait until collected cameras are closed. Do not call it from their callbacks."""
+    await_ends()
     for thread in tuple(_CLOSING):
         if thread is not threading.current_thread():
             thread.join()

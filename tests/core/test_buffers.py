@@ -1,4 +1,5 @@
 import gc
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -118,3 +119,16 @@ def test_a_pool_without_memory_returns_none_and_still_works():
     pool = BufferPool(1 << 62)
     assert pool.take() is None
     assert pool.in_use == 0
+
+
+def test_no_python_code_runs_when_a_buffer_is_released():
+    """It would swallow the KeyboardInterrupt of a Ctrl-C that comes at that moment."""
+    pool = BufferPool(1000)
+    view = pool.take()[5:]
+    calls = []
+    sys.setprofile(lambda frame, event, _: calls.append(frame.f_code.co_name) if event == "call" else None)
+    try:
+        del view
+    finally:
+        sys.setprofile(None)
+    assert calls == [] and pool.in_use == 0

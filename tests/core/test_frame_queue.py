@@ -120,7 +120,7 @@ def test_every_frame_put_by_many_threads_is_returned_or_counted_as_dropped():
         putter.start()
     for putter in putters:
         putter.join()
-    rest = len(queue._frames)
+    rest = queue._frames.qsize()
     queue.close()
     taker.join(PATIENCE)
     assert not taker.is_alive()

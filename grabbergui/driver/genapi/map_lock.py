@@ -37,9 +37,13 @@ class HeldInterrupts:
         self._depth -= 1
         if self._depth or not self._installed:
             return
-        interrupted, self._interrupted, self._installed = self._interrupted, False, False
-        if signal.getsignal(signal.SIGINT) == self._note:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        self._installed = False
+        try:
+            # First the handler: what it notes after the flag was read would be lost.
+            if signal.getsignal(signal.SIGINT) == self._note:
+                signal.signal(signal.SIGINT, signal.default_int_handler)
+        finally:
+            interrupted, self._interrupted = self._interrupted, False
         if interrupted:
             raise KeyboardInterrupt
 

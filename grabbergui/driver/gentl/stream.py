@@ -6,7 +6,6 @@ import ctypes
 import logging
 import threading
 import time
-import weakref
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -19,6 +18,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import LocalProtocolError, TransportError
 from grabbergui.core.frame import POOL_MEMORY, Frame, FrameStatus
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.leases import Leases
 from grabbergui.driver.device import FrameCounter, StreamRequest, check_payload_size, deliver_or_log
 from grabbergui.driver.gentl.errors import answering, reason_of
 
@@ -51,8 +51,10 @@ class GentlStream:
         self._deliver_incomplete = request.deliver_incomplete
         self._counter = FrameCounter()
         self._stopping = threading.Event()
-        # Buffers that no frame uses. Finalisers append; the receiving thread queues them.
+        # Buffers that no frame uses, which the receiving thread queues.
         self._free: deque[int] = deque()
+        self._leases: Leases[int] = Leases()
+        "Indices of buffers with views."
         self._memory: list[bytes] = []
         self._buffers: list[Any] = []
         with answering("opening the stream"):
@@ -117,10 +119,10 @@ class GentlStream:
         memory = self._memory[index]
         address = np.frombuffer(memory, np.uint8).ctypes.data
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
-        lease: Any = (ctypes.c_ubyte * size).from_address(address)
-        # The finaliser keeps the memory alive, also after the stream's end.
-        weakref.finalize(lease, _give_back, self._free, index, memory).atexit = False
-        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
+        keeper: Any = (ctypes.c_ubyte * size).from_address(address)
+        keeper.memory = memory  # as long as there are views, also after the stream's end
+        self._leases.lend(keeper, index)
+        array: NDArray[np.uint8] = np.frombuffer(keeper, np.uint8)
         array.flags.writeable = False
         return array
 
@@ -149,6 +151,7 @@ class GentlStream:
             del frame
 
     def _queue_free(self) -> None:
+        self._free.extend(self._leases.returned())
         while self._free:
             self._stream.queue_buffer(self._buffers[self._free[0]])
             self._free.popleft()  # not before: the producer may refuse it for the moment
@@ -190,10 +193,6 @@ class GentlStream:
             padding_x=_number(buffer, "padding_x"),
             big_endian=_number(buffer, "pixel_endianness") == gentl.PIXELENDIANNESS_IDS.PIXELENDIANNESS_BIG,
         )
-
-
-def _give_back(free: deque[int], index: int, memory: bytes) -> None:
-    free.append(index)
 
 
 def _complete(buffer: Any) -> bool:
