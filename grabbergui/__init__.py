@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from grabbergui.core.errors import (
         AccessDeniedError,
         CameraFileError,
+        ClosedError,
         DeviceLostError,
         FeatureAccessError,
         FeatureError,
@@ -45,8 +46,9 @@ if TYPE_CHECKING:
     from grabbergui.core.frame_queue import StreamStatistics
     from grabbergui.core.grabber import DeviceEvent
     from grabbergui.core.identity import DeviceInfo
-    from grabbergui.library import CameraGroup, discover, open, open_all  # noqa: A004
+    from grabbergui.library import discover, open, open_all  # noqa: A004
     from grabbergui.library.camera import Camera
+    from grabbergui.library.group import CameraGroup
     from grabbergui.library.live_view import live_view
     from grabbergui.library.streaming import AsyncFrames, Frames, Recording
 
@@ -58,7 +60,7 @@ _HOMES = {
     "discover": "library",
     "live_view": "library.live_view",
     "Camera": "library.camera",
-    "CameraGroup": "library",
+    "CameraGroup": "library.group",
     "Frames": "library.streaming",
     "AsyncFrames": "library.streaming",
     "Recording": "library.streaming",
@@ -73,6 +75,7 @@ _HOMES = {
     "AccessDeniedError": "core.errors",
     "TransportError": "core.errors",
     "DeviceLostError": "core.errors",
+    "ClosedError": "core.errors",
     "FeatureError": "core.errors",
     "FeatureNotFoundError": "core.errors",
     "FeatureAccessError": "core.errors",
@@ -89,6 +92,7 @@ __all__ = [
     "Camera",
     "CameraFileError",
     "CameraGroup",
+    "ClosedError",
     "DeviceEvent",
     "DeviceInfo",
     "DeviceLostError",

@@ -14,7 +14,7 @@ from enum import Enum
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
-from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError, UsageError
 from grabbergui.core.uri import (
     DescriptionOption,
     GigeUriOptions,
@@ -26,6 +26,7 @@ from grabbergui.core.uri import (
     TwinOptions,
     U3vOptions,
     YarpOptions,
+    proposals,
     read_options,
 )
 
@@ -148,6 +149,26 @@ def create(uri: str | SourceUri) -> FrameGrabber:
     parsed = parse(uri) if isinstance(uri, str) else _known(uri)
     opener = cast("Callable[[SourceUri], FrameGrabber]", _load(parsed.scheme).create)
     return opener(parsed)
+
+
+def named(text: str, timeout: float) -> str:
+    """Return the URI of a source as users name it: a URI, or a serial number, name or address without a kind.
+
+    The latter is searched among all kinds for `timeout` seconds. Raises UsageError if several have the name,
+    SourceNotFoundError if none has.
+    """
+    name = text.strip()
+    if not name or ":" in name or proposals(name):
+        return text
+    found = [info for info in discover(timeout) if name in (info.serial, info.user_name, info.address)]
+    if not found:
+        raise SourceNotFoundError(
+            f"no source with the serial number, name or address '{name}' was found; `grabbergui list`"
+            " shows all. If it does not answer a search, write its kind, as in gige:192.168.0.10"
+        )
+    if len(found) > 1:
+        raise UsageError(f"several sources are called '{name}': write {' or '.join(i.uri for i in found)}")
+    return found[0].uri
 
 
 def discover(timeout: float = 1.0, longer: Mapping[str, float] | None = None) -> list[DeviceInfo]:

@@ -111,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _report(error: GrabberError | OSError, *, as_json: bool) -> int:
     """Report why a command failed; return its exit code."""
     message = str(error)
-    if isinstance(error, OSError):
+    if not isinstance(error, GrabberError):
         place = f"{error.filename}: " if error.filename is not None else ""
         message = f"{place}{error.strerror or error}"
     print_line(f"grabbergui: {message}", error=True)

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import time
 from contextlib import ExitStack, closing
 from typing import Any
 
 from grabbergui.cli.arguments import count, counted, key, opened, seconds, wait_time
-from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
-from grabbergui.core.frame import Frame
-from grabbergui.core.frame_period import FRAME_WAIT, frame_wait
-from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.errors import UsageError
+from grabbergui.core.frame_period import FRAME_WAIT
+from grabbergui.core.grabber import Access
 from grabbergui.core.identity import describe
 from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_json, print_line
-
-PTP_WAIT = 15.0
-"""Seconds that clocks may take to find their master."""
-PTP_SETTLED = ("Slave", "Master")
 
 
 def add_commands(commands: Any) -> None:
@@ -138,18 +131,26 @@ def _persistent_ip(options: argparse.Namespace) -> int:
 
 
 def _trigger_group(options: argparse.Namespace) -> int:
+    from grabbergui.driver.gige.action_group import ActionGroup
+
+    class Group(ActionGroup):
+        """Names the options of this command in its messages."""
+
+        WITHOUT_PTP = "--no-ptp"
+        MORE_AHEAD = "--ahead "
+
     with ExitStack() as stack:
         cameras = [stack.enter_context(opened(source)) for source in options.sources]
-        for camera in cameras:
-            if not camera.info.bus.startswith("GigE"):
-                raise UsageError(f"{camera.info.uri} is not a GigE Vision camera, so it has no actions")
-            _prepare(camera, options)
-        if not options.no_ptp:
-            _await_clocks(cameras)
-        queues = [camera.open_queue(4) for camera in cameras]
-        for camera in cameras:
-            camera.start(keep_trigger=True)
-        spreads = [_fire(cameras, queues, options) for _ in range(options.frames)]
+        group = Group(
+            cameras,
+            options.group_key,
+            device_key=options.device_key,
+            group_mask=options.group_mask,
+            ptp=not options.no_ptp,
+        )
+        stack.enter_context(closing(group))
+        group.start()
+        spreads = [group.spread_ns(group.fire(options.ahead, options.timeout)) for _ in range(options.frames)]
     clock, largest = "host" if options.no_ptp else "PTP", max(spreads) / 1000
     if options.json:
         print_json(
@@ -167,79 +168,3 @@ def _trigger_group(options: argparse.Namespace) -> int:
             f"their frames' timestamps ({clock} clock) lie at most {largest:.1f} µs apart"
         )
     return 0
-
-
-def _prepare(camera: FrameGrabber, options: argparse.Namespace) -> None:
-    """Set the camera to expose one frame for each action."""
-    if not options.no_ptp:
-        if not camera.has_feature("PtpEnable"):
-            raise FeatureError(
-                f"{camera.info.title} has no PtpEnable, so nothing can be scheduled; use --no-ptp",
-                "PtpEnable",
-            )
-        camera.write_feature("PtpEnable", True)
-    settings = {
-        "ActionDeviceKey": options.device_key,
-        "ActionGroupKey": options.group_key,
-        "ActionGroupMask": options.group_mask,
-        "TriggerSelector": "FrameStart",
-        "TriggerMode": "On",
-        "TriggerSource": "Action1",
-    }
-    for name, value in settings.items():
-        camera.write_feature(name, value)
-
-
-def _await_clocks(cameras: list[FrameGrabber]) -> None:
-    deadline = time.monotonic() + PTP_WAIT
-    for camera in cameras:
-        while camera.has_feature("PtpStatus"):
-            if camera.has_feature("PtpDataSetLatch"):
-                camera.execute("PtpDataSetLatch")
-            status = camera.feature("PtpStatus").value
-            if status in PTP_SETTLED:
-                break
-            if time.monotonic() > deadline:
-                raise FeatureError(
-                    f"{camera.info.title}: PtpStatus is {status} after {PTP_WAIT:g} s; is there a PTP"
-                    " master in the network? --no-ptp triggers without one",
-                    "PtpStatus",
-                )
-            time.sleep(0.1)
-
-
-def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argparse.Namespace) -> int:
-    """Send one action; return the nanoseconds between the earliest and the latest of its frames."""
-    from grabbergui.driver.gige.address_commands import send_action
-    from grabbergui.driver.gige.gvcp import Status
-    from grabbergui.driver.gige.gvcp_messages import Action
-
-    at = None if options.no_ptp else _clock_of(cameras[0]) + int(options.ahead * 1e9)
-    action = Action(options.device_key, options.group_key, options.group_mask, at)
-    try:
-        send_action(action, {camera.info.address for camera in cameras})
-    except DeviceStatusError as error:
-        if error.status == Status.ACTION_LATE:
-            raise DeviceStatusError(
-                f"the action reached a camera too late; use more than --ahead {options.ahead:g}",
-                error.status,
-            ) from error
-        raise
-    frames = [_frame_of(*pair, options.timeout) for pair in zip(cameras, queues, strict=True)]
-    times = [frame.received_ns if options.no_ptp else frame.timestamp_ns for frame in frames]
-    return max(times) - min(times)
-
-
-def _clock_of(camera: FrameGrabber) -> int:
-    camera.execute("TimestampLatch")
-    now = camera.feature("TimestampLatchValue").value
-    if not isinstance(now, int):
-        raise FeatureError(f"{camera.info.title} does not report its time", "TimestampLatchValue")
-    return now
-
-
-def _frame_of(camera: FrameGrabber, queue: FrameQueue, timeout: float | None) -> Frame:
-    try:
-        return queue.get(frame_wait(camera) if timeout is None else timeout)
-    except FrameTimeoutError as error:
-        raise FrameTimeoutError(f"{camera.info.title} ({camera.info.uri}): {error} of the action") from error

@@ -10,7 +10,7 @@ from enum import Enum, IntEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 from typing_extensions import override
 
 from grabbergui.core import pixels
@@ -151,6 +151,14 @@ class Component:
     def rgb(self) -> NDArray[np.uint8]:
         """Return the component for display, as `Frame.rgb` does. Raises PixelFormatError."""
         return self._conversions.get("rgb", lambda: pixels.to_rgb(self._decoded()))
+
+    def bgr(self) -> NDArray[np.uint8]:
+        """Return the component as OpenCV has it, as `Frame.bgr` does. Raises PixelFormatError."""
+        return self._conversions.get("bgr", lambda: pixels.to_bgr(self.rgb()))
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Let `numpy.asarray(component)` take its data: see `raw`."""
+        return np.array(self.raw(), dtype, copy=copy)
 
     def detached(self) -> Component:
         """Return a copy of the component that does not occupy a buffer of the stream."""

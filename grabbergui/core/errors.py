@@ -3,6 +3,10 @@
 A message names the object, the value, the allowed values and what to do next; the command line prints it
 unchanged, and the window shows it in its bar. The file that calls another library turns its exceptions into
 one of these.
+
+Where Python has an exception for the same thing, an error is one, too (`TimeoutError`, `ValueError`,
+`KeyError`, `PermissionError`), so that programs may catch what they catch elsewhere. Code here that catches
+one of those, or `OSError`, around calls that raise these must let GrabberError pass first.
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ class GrabberError(Exception):
     """Base of all errors that a user may see."""
 
 
-class UsageError(GrabberError):
+class UsageError(GrabberError, ValueError):
     """An invalid request, such as a malformed URI or an assignment that is not NAME=VALUE."""
 
 
@@ -26,7 +30,7 @@ class ExistingFileError(UsageError):
     """The named file or folder exists, and is not overwritten."""
 
 
-class SourceNotFoundError(GrabberError):
+class SourceNotFoundError(GrabberError, LookupError):
     """No camera or remote port answers to the URI."""
 
 
@@ -92,7 +96,7 @@ class DeviceLostError(TransportError):
     """The device has disappeared, or no longer grants control."""
 
 
-class AccessDeniedError(GrabberError):
+class AccessDeniedError(GrabberError, PermissionError):
     """Another application holds control of the device, or the system refuses access to it."""
 
 
@@ -105,15 +109,17 @@ class FeatureError(GrabberError):
         "The feature's name."
 
 
-class FeatureNotFoundError(FeatureError):
+class FeatureNotFoundError(FeatureError, KeyError):
     """The source has no feature of this name."""
+
+    __str__ = Exception.__str__  # KeyError's puts the message into quotation marks
 
 
 class FeatureAccessError(FeatureError):
     """The feature is currently not implemented, not available, locked, read-only or write-only."""
 
 
-class FeatureValueError(FeatureError):
+class FeatureValueError(FeatureError, ValueError):
     """The value is out of range, off the increment, not among the entries, or of the wrong type."""
 
 
@@ -138,9 +144,16 @@ class TransferCancelledError(CameraFileError):
     """The transfer of a file was cancelled; a cancelled upload leaves the file incomplete."""
 
 
-class PixelFormatError(GrabberError):
+class PixelFormatError(GrabberError, ValueError):
     """The payload's pixel format cannot be converted; the raw bytes can still be saved."""
 
 
-class FrameTimeoutError(GrabberError):
+class FrameTimeoutError(GrabberError, TimeoutError):
     """No frame arrived in time."""
+
+
+class ClosedError(GrabberError, ValueError):
+    """The camera was closed by this program; open it again to use it.
+
+    A ValueError, as Python raises for a closed file.
+    """

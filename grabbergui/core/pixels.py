@@ -71,6 +71,11 @@ def to_raw(frame: SensorImage) -> NDArray[Any]:
     return unpacking.lines(frame)
 
 
+def to_bgr(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return an image with its channels in the order of OpenCV."""
+    return cast(NDArray[np.uint8], cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+
+
 def to_mono(frame: SensorImage) -> NDArray[np.uint8]:
     """Return the image of `Frame.mono`: luma of colour, the eight highest bits of deeper formats."""
     return colour.to_grey(_eight_bit_lines(frame), frame.pixel_format)

@@ -61,8 +61,8 @@ class SourceUri:
         return f"{self.scheme}:{slashes}{quote(self.name, safe=_PLAIN, errors='surrogateescape')}{query}"
 
 
-def _with_kind(text: str) -> str:
-    """Propose URIs for a name without its kind."""
+def proposals(text: str) -> list[str]:
+    """Return the URIs that a name without its kind may mean, by its form; none for a serial number."""
     if is_ip_address(text) or _MAC.fullmatch(text):
         kinds = ["gige"]
     elif text.startswith("/dev/video"):
@@ -74,8 +74,16 @@ def _with_kind(text: str) -> str:
     elif text.startswith("/"):
         kinds = ["yarp", "ros2", "file"]
     else:
+        kinds = []
+    return [f"{kind}:{text}" for kind in kinds]
+
+
+def _with_kind(text: str) -> str:
+    """Propose URIs for a name without its kind."""
+    uris = proposals(text)
+    if not uris:
         return "write its kind first, as in sim: or gige:192.168.0.10"
-    *others, last = (f"{kind}:{text}" for kind in kinds)
+    *others, last = uris
     return f"did you mean {', '.join(others)} or {last}?" if others else f"did you mean {last}?"
 
 

@@ -92,6 +92,8 @@ class Camera(ReconnectingGrabber):
             file = self.device.description_file
             xml, nodes = description_files.used(self.device, file, self._node_map)
             self._nodes = nodes
+        except GrabberError:
+            raise
         except OSError as error:  # this computer has no more file descriptors, or its disk is full
             raise ResourceExhaustedError.of(error) or TransportError(
                 f"{self.info.title} cannot be opened: {error.strerror or error}"

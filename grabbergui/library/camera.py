@@ -10,26 +10,36 @@ import weakref
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NoReturn, cast
+from typing import Literal, NoReturn, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.component import Component, ComponentKind
 from grabbergui.core.environment import expanded, write_whole
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError, UsageError
+from grabbergui.core.errors import (
+    ClosedError,
+    DeviceLostError,
+    FrameTimeoutError,
+    GrabberError,
+    PixelFormatError,
+    UsageError,
+)
 from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import frame_period, frame_wait
 from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.grabber import DeviceEvent, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.point_cloud import PointCloud, required_range_image
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
+from grabbergui.library.callbacks import Callback, Callbacks, Occasion
+from grabbergui.library.collected import await_ends
 from grabbergui.library.effect import Effects, SettingEffect, restored
-from grabbergui.library.features import Callbacks, CameraFiles, FeatureAccess, Occasion
+from grabbergui.library.features import CameraFiles, FeatureAccess, SettingValue
+from grabbergui.library.stand_in import StandIn
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Closing, Frames, Recording, StreamUse
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
@@ -39,7 +49,10 @@ from grabbergui.recording.recorder import RecordingLimits
 
 RETRIGGER = 0.5
 "Seconds without a frame, besides a frame period, until the software trigger is fired again."
+LOOK = 0.1
+"Seconds between two looks, while no frame comes, at whether the camera is lost."
 
+CameraState = Literal["open", "streaming", "lost", "closed"]
 
 _OF_DISTANCES = (ComponentKind.RANGE, ComponentKind.DISPARITY)
 "Kinds of components that are in the camera's Scan3d coordinates in whatever format."
@@ -53,17 +66,20 @@ class Camera(FeatureAccess):
     """An open source of frames and features, local or remote.
 
     Features are attributes in Python's spelling (`camera.exposure_time`, `camera.device_serial_number`) or
-    items by the camera's own name (`camera["ExposureTime"]`, `camera["Gain[GainSelector=Red]"]`). Values are
-    `int`, `float`, `bool` and `str`; a text may carry a unit (`"20ms"`).
+    items by name (`camera["ExposureTime"]`, `camera["Gain[GainSelector=Red]"]`). Values are `int`, `float`,
+    `bool` and `str`; a text may carry a unit (`"20ms"`).
 
     Any thread may call; calls that reach the camera wait for each other. Errors are `GrabberError`s. A camera
-    that is lost is opened again when it is back and set as before; meanwhile calls raise `TransportError`.
+    that is lost is opened again when it is back and set as before; meanwhile calls raise `DeviceLostError`,
+    or another `TransportError`. After `close` they raise `ClosedError`.
 
     A camera that is not closed is closed when nobody refers to it any more, and at the program's end.
     """
 
     def __init__(self, grabber: FrameGrabber) -> None:
-        """Wrap an open grabber; `grabbergui.open` is the usual way to get a camera."""
+        """Wrap an open grabber; `grabbergui.open` is the way to get a camera."""
+        if not isinstance(grabber, FrameGrabber):
+            raise UsageError(f"a camera is opened by grabbergui.open({grabber!r})")
         super().__init__(grabber)
         self._busy_until = 0.0
         "Moment of the monotonic clock until which triggers are lost."
@@ -91,6 +107,9 @@ class Camera(FeatureAccess):
         """
         self._closing.now()
         _WATCHED.discard(self)
+        if not isinstance(self._grabber, StandIn):
+            problem = "was closed by this program; open it again with grabbergui.open"
+            self._grabber = StandIn.of(self._grabber, ClosedError, problem)
 
     def __enter__(self) -> Camera:
         return self
@@ -111,15 +130,30 @@ class Camera(FeatureAccess):
     def __reduce__(self) -> NoReturn:
         raise TypeError(f"a camera cannot be sent to another process; open it there: '{self.info.uri}'")
 
+    def __iter__(self) -> NoReturn:
+        raise TypeError("a camera is not a sequence of frames; write: for frame in camera.frames()")
+
     def __repr__(self) -> str:
-        state = (
-            f"streaming at {self.statistics.frame_rate:.1f} frames/s" if self.streaming else "not streaming"
-        )
+        state: str = self.state
+        if state == "streaming":
+            state += f" at {self.statistics.frame_rate:.1f} frames/s"
+        elif state == "lost":
+            state += f": {self._grabber.lost}"
         return f"<grabbergui.Camera '{self.info.uri}' {self.info.title}, {state}>"
+
+    @property
+    def state(self) -> CameraState:
+        """`"open"`, `"streaming"`, `"lost"` until the camera is back, or `"closed"`. Never waits long."""
+        if isinstance(self._grabber, StandIn):
+            return "closed"
+        if self._grabber.lost:
+            return "lost"
+        return "streaming" if self.streaming else "open"
 
     @property
     def streaming(self) -> bool:
         """Whether the camera sends frames."""
+        await_ends()  # of loops that were left just now
         return self._grabber.streaming
 
     @property
@@ -145,7 +179,7 @@ class Camera(FeatureAccess):
         """Stop streaming."""
         self._grabber.stop()
 
-    def grab(self, timeout: float | None = None, **settings: FeatureValue) -> Frame:
+    def grab(self, timeout: float | None = None, **settings: SettingValue) -> Frame:
         """Return the next frame that is exposed from now on; with settings, one that was exposed with them.
 
         `camera.grab(ExposureTime=5000, Gain=3)` writes the settings, then returns the first frame that was
@@ -156,14 +190,15 @@ class Camera(FeatureAccess):
         `timeout` is in seconds, by default 5 and two frame periods. Raises FrameTimeoutError, what `write`
         raises, and DeviceLostError.
         """
+        wanted = {self._existing_key_of(name): value for name, value in settings.items()}
         frames = self._grabber.open_queue(depth=4)
         with contextlib.closing(frames), self._stream.grab():
-            wanted = {self._name_of(name): value for name, value in settings.items()}
             if wanted:
-                self._effects.prepare(list(wanted), self._start, frame_wait(self._grabber))
+                self._effects.prepare([key.name for key in wanted], self._start, frame_wait(self._grabber))
             self._start()
             written = time.monotonic()
-            values = {name: self.write(name, value) for name, value in wanted.items()}
+            features = [self._write(key, value) for key, value in wanted.items()]
+            values = {feature.name: feature.value for feature in features if feature.value is not None}
             acknowledged = time.monotonic()
             effect = SettingEffect(values, written, acknowledged, self._effects.latency)
             deadline = acknowledged + (frame_wait(self._grabber) if timeout is None else timeout)
@@ -174,7 +209,7 @@ class Camera(FeatureAccess):
                 if time.monotonic() > deadline:
                     raise FrameTimeoutError(f"{self.info.title}: no frame was exposed after the write")
 
-    def bracket(self, timeout: float | None = None, **settings: Sequence[FeatureValue]) -> list[Frame]:
+    def bracket(self, timeout: float | None = None, **settings: Sequence[SettingValue]) -> list[Frame]:
         """Return a frame for each value: `camera.bracket(ExposureTime=[1000, 4000, 16000])`.
 
         Several settings are stepped together and need lists of one length. Afterwards the settings
@@ -183,7 +218,7 @@ class Camera(FeatureAccess):
         lengths = {None if isinstance(each, str | int | float) else len(each) for each in settings.values()}
         if len(lengths) != 1 or None in lengths:
             raise UsageError("bracket: write lists of one length, as in bracket(ExposureTime=[1000, 4000])")
-        keys = [SettingKey.parse(self._name_of(name)) for name in settings]
+        keys = [self._existing_key_of(name) for name in settings]
         steps = [dict(zip(settings, step, strict=True)) for step in zip(*settings.values(), strict=True)]
         with contextlib.ExitStack() as stack:
             for key in keys:
@@ -235,12 +270,20 @@ class Camera(FeatureAccess):
                     raise FrameTimeoutError(problem)
 
     def _get(self, frames: FrameQueue, timeout: float) -> Frame:
-        try:
-            return frames.get(timeout)
-        except FrameTimeoutError as error:
-            if frames.closed:
-                raise GrabberError(f"{self.info.title} was closed while frames were waited for") from error
-            raise FrameTimeoutError(f"{self.info.title}: {error}{self._why_no_frame()}") from error
+        """Return the next frame. Raises as soon as the camera is known to be lost or closed."""
+        deadline = time.monotonic() + timeout
+        while True:
+            left = max(0.0, deadline - time.monotonic())
+            try:
+                return frames.get(min(left, LOOK))
+            except FrameTimeoutError as error:
+                if frames.closed:
+                    raise ClosedError(f"{self.info.title} was closed while frames were awaited") from error
+                if loss := self._grabber.lost:
+                    raise DeviceLostError(f"{self.info.title} is lost: {loss}; {_COMES_BACK}") from error
+                if left <= LOOK:
+                    problem = f"no frame arrived within {timeout:.3g} s{self._why_no_frame()}"
+                    raise FrameTimeoutError(f"{self.info.title}: {problem}") from error
 
     def _why_no_frame(self) -> str:
         with contextlib.suppress(GrabberError):
@@ -272,7 +315,7 @@ class Camera(FeatureAccess):
                 # A frame that ran free may still be exposed.
                 self._busy_until = time.monotonic() + frame_period(self._grabber)
 
-    async def agrab(self, timeout: float | None = None, **settings: FeatureValue) -> Frame:
+    async def agrab(self, timeout: float | None = None, **settings: SettingValue) -> Frame:
         """As `grab`, for asyncio."""
         return await asyncio.to_thread(self.grab, timeout, **settings)
 
@@ -280,7 +323,7 @@ class Camera(FeatureAccess):
         """As `read`, for asyncio."""
         return await asyncio.to_thread(self.read, name)
 
-    async def awrite(self, name: str, value: FeatureValue) -> FeatureValue:
+    async def awrite(self, name: str, value: SettingValue) -> FeatureValue:
         """As `write`, for asyncio."""
         return await asyncio.to_thread(self.write, name, value)
 
@@ -294,7 +337,19 @@ class Camera(FeatureAccess):
         """As `frames`, for asyncio: `async for frame in camera.aframes(100)`."""
         return AsyncFrames(self.frames(count, timeout=timeout, depth=depth))
 
-    def on(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
+    @overload
+    def on(
+        self, occasion: Literal["change"], callback: Callable[[frozenset[str]], object]
+    ) -> Callable[[], None]: ...
+    @overload
+    def on(
+        self, occasion: Literal["event"], callback: Callable[[DeviceEvent], object]
+    ) -> Callable[[], None]: ...
+    @overload
+    def on(
+        self, occasion: Literal["lost", "back", "notice"], callback: Callable[[str], object]
+    ) -> Callable[[], None]: ...
+    def on(self, occasion: Occasion, callback: Callback) -> Callable[[], None]:
         """Call a function whenever something happens; the returned function ends that.
 
         - `"change"`: a `frozenset[str]` of features whose value, range or access may have changed
@@ -379,24 +434,18 @@ class Camera(FeatureAccess):
         return report
 
 
-class _OfParent:
-    """Takes the place of a camera's grabber in a forked process, which shares its sockets, but no thread."""
-
-    streaming = False
-
-    def __init__(self, info: DeviceInfo) -> None:
-        self.info = info
-
-    def __getattr__(self, name: str) -> NoReturn:
-        raise GrabberError(
-            f"{self.info.title} is open in the process that this one was forked from;"
-            " use it there, or close it there and open it here"
-        )
+_COMES_BACK = "it is opened again, and set as before, as soon as it answers"
 
 
 def _leave_to_parent() -> None:
+    """Forget the cameras in a forked process, which shares their sockets, but has no thread."""
+    problem = (
+        "is open in the process that this one was forked from;"
+        " use it there, or close it there and open it here"
+    )
     for camera in _MADE:
-        camera._grabber = cast(FrameGrabber, _OfParent(camera.info))
+        if not isinstance(camera._grabber, StandIn):
+            camera._grabber = StandIn.of(camera._grabber, GrabberError, problem)
 
 
 if hasattr(os, "register_at_fork"):

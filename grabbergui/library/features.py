@@ -1,37 +1,34 @@
-"""Features of a camera as attributes and items of a Python object, its files, and its events.
-
-Events are passed to callbacks that may use the camera.
-"""
+"""Features of a camera as attributes and items of a Python object, and its files."""
 
 from __future__ import annotations
 
-import logging
-import queue
 import re
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Generic, Literal, TypeVar, cast, get_args, overload
+from typing import Any, Generic, TypeVar, cast, overload
+
+import numpy as np
 
 from grabbergui.core import file_access
-from grabbergui.core.errors import DeviceLostError, FeatureAccessError, FeatureNotFoundError, UsageError
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, UsageError
+from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.file_access import CameraFile, Written
-from grabbergui.core.grabber import ConnectionState, DeviceEvent, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.number_input import typed_value
 
-log = logging.getLogger(__name__)
-
 Value = TypeVar("Value", float, str, int)
+
+SettingValue = FeatureValue | np.bool_ | np.integer[Any] | np.floating[Any]
+"What may be written: a value, its text, or one of numpy's scalars."
 
 
 class Setting(Generic[Value]):
     """A camera's setting as an attribute, under whatever name this camera has for it."""
 
     def __init__(self, role: Role, doc: str) -> None:
-        self._role = role
+        self.role = role
         self.__doc__ = doc
 
     @overload
@@ -39,17 +36,18 @@ class Setting(Generic[Value]):
     @overload
     def __get__(self, camera: FeatureAccess, owner: type) -> Value: ...
     def __get__(self, camera: FeatureAccess | None, owner: type) -> Setting[Value] | Value:
-        return self if camera is None else cast(Value, camera.read(self._name(camera)))
+        return self if camera is None else cast(Value, camera.read(self.role.names[0]))
 
-    def __set__(self, camera: FeatureAccess, value: Value) -> None:
-        camera.write(self._name(camera), value)
-
-    def _name(self, camera: FeatureAccess) -> str:
-        return camera.grabber.role(self._role) or self._role.names[0]
+    def __set__(self, camera: FeatureAccess, value: SettingValue) -> None:
+        camera.write(self.role.names[0], value)
 
 
 class FeatureAccess:
-    """Reads and writes the features of an open grabber; the base of `grabbergui.Camera`."""
+    """Reads and writes the features of an open grabber; the base of `grabbergui.Camera`.
+
+    Every method takes the camera's own name (`ExposureTime`), its Python spelling (`exposure_time`), or
+    SFNC's name where an older camera has another one; selectors in brackets: `Gain[GainSelector=Red]`.
+    """
 
     exposure_time = Setting[float](Role.EXPOSURE, "Exposure time, in microseconds on most cameras.")
     gain = Setting[float](Role.GAIN, "Analogue gain, in dB on most cameras.")
@@ -62,6 +60,7 @@ class FeatureAccess:
         self._grabber = grabber
         self._keep_trigger = False
         "Whether this program has set a trigger, which `start` must then leave on."
+        self._spellings: tuple[Category | None, dict[str, str]] = (None, {})
 
     @property
     def grabber(self) -> FrameGrabber:
@@ -69,21 +68,22 @@ class FeatureAccess:
         return self._grabber
 
     def read(self, name: str) -> FeatureValue:
-        """Return a feature's value. `name` is the camera's own, with selectors where it has some.
+        """Return a feature's value. IPv4 and MAC addresses and hexadecimal numbers are text.
 
         Raises FeatureNotFoundError, FeatureAccessError if it cannot be read, TransportError.
         """
         feature = self.feature(name)
-        if feature.value is None:
+        value = feature.spelled(feature.value)
+        if value is None:
             raise FeatureAccessError(
                 f"{name} is a command; run it with camera.execute('{name}')"
                 if feature.kind is FeatureKind.COMMAND
                 else f"{name} cannot be read: it {feature.access_problem()}",
                 feature.name,
             )
-        return feature.value
+        return value
 
-    def write(self, name: str, value: FeatureValue) -> FeatureValue:
+    def write(self, name: str, value: SettingValue) -> FeatureValue:
         """Write a feature and return what the camera then reports, which it may have rounded.
 
         A text is read as in the window: `"20ms"`, `"Continuous"`, `"on"`. An automatic mode of the feature is
@@ -91,22 +91,25 @@ class FeatureAccess:
         acknowledged; frames that are exposed with the value come a little later, see `grab`. Raises
         FeatureNotFoundError, FeatureAccessError, FeatureValueError, TransportError.
         """
-        key = SettingKey.parse(name)
+        feature = self._write(self._key_of(name), value)
+        written = feature.spelled(feature.value)
+        return _plain(value) if written is None else written
+
+    def _write(self, key: SettingKey, value: SettingValue) -> Feature:
+        value = _plain(value)
         if isinstance(value, str):
             value = typed_value(value, self._grabber.read_setting(key))
-        if not isinstance(value, int | float | str):
-            value = cast(FeatureValue, value.item() if hasattr(value, "item") else str(value))
         result = self._grabber.write_setting(key, value)
         self._keep_trigger |= key.name.startswith("Trigger")
-        return value if result.feature.value is None else result.feature.value
+        return result.feature
 
     def execute(self, name: str) -> None:
         """Run a command feature and wait until the camera has done it."""
-        self._grabber.execute_setting(SettingKey.parse(name))
+        self._grabber.execute_setting(self._key_of(name))
 
     def feature(self, name: str) -> Feature:
         """Return a feature with its value, range, unit, entries and access as they are now."""
-        return self._grabber.read_setting(SettingKey.parse(name))
+        return self._grabber.read_setting(self._key_of(name))
 
     def features(self) -> Iterator[Feature]:
         """Every feature as it is now, in the camera's own order. May read hundreds of registers."""
@@ -115,22 +118,23 @@ class FeatureAccess:
     def __getitem__(self, name: str) -> FeatureValue:
         return self.read(name)
 
-    def __setitem__(self, name: str, value: FeatureValue) -> None:
+    def __setitem__(self, name: str, value: SettingValue) -> None:
         self.write(name, value)
 
-    def __contains__(self, name: str) -> bool:
-        return self._grabber.has_feature(SettingKey.parse(name).name)
+    def __contains__(self, name: object) -> bool:
+        try:
+            return self._grabber.has_feature(self._key_of(cast(str, name)).name)
+        except UsageError:
+            return False
 
     def __getattr__(self, attribute: str) -> Any:
-        if attribute.startswith("_"):
-            raise AttributeError(f"a camera has no attribute '{attribute}'")
-        return self.read(self._feature_name(attribute))
+        return self.read(self._name_of_attribute(attribute))
 
     def __setattr__(self, attribute: str, value: Any) -> None:
         if attribute.startswith("_") or hasattr(type(self), attribute):
             object.__setattr__(self, attribute, value)
         else:
-            self.write(self._feature_name(attribute), value)
+            self.write(self._name_of_attribute(attribute), value)
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._attributes()})
@@ -138,35 +142,73 @@ class FeatureAccess:
     def _ipython_key_completions_(self) -> list[str]:
         return list(self._attributes().values())
 
-    def _feature_name(self, attribute: str) -> str:
-        names = self._attributes()
-        if attribute in names:
-            return names[attribute]
-        name = "".join(part.capitalize() for part in attribute.split("_"))
-        problem = f"a camera has no attribute '{attribute}'; did you mean {attribute_name(name)}?"
-        try:
-            self._grabber.feature(name)
-        except FeatureNotFoundError as error:
-            problem = str(error)
-        raise AttributeError(problem)
+    def _key_of(self, name: str) -> SettingKey:
+        """Return the setting that a name means, with the camera's own names. Raises UsageError.
+
+        A name that the camera does not have stays as it is; whoever uses it raises FeatureNotFoundError.
+        """
+        if not isinstance(name, str):
+            raise UsageError(f"{name!r} is no feature's name; write it as text, as in camera['ExposureTime']")
+        key = SettingKey.parse(name)
+        selected = tuple((self._own_name(selector), entry) for selector, entry in key.selected)
+        return SettingKey(self._own_name(key.name), selected)
+
+    def _existing_key_of(self, name: str) -> SettingKey:
+        """Return the setting that a name means. Raises FeatureNotFoundError, which suggests others."""
+        key = self._key_of(name)
+        for each in (key.name, *(selector for selector, _ in key.selected)):
+            if not self._grabber.has_feature(each):
+                self._grabber.feature(each)
+        return key
+
+    def _own_name(self, name: str) -> str:
+        if self._grabber.has_feature(name):
+            return name
+        spelling = attribute_name(name)
+        role = _ROLES.get(spelling)
+        found = self._grabber.role(role) if role is not None else None
+        return found or self._attributes().get(spelling, name)
+
+    def _name_of_attribute(self, attribute: str) -> str:
+        """Return the feature that an attribute means. Raises AttributeError."""
+        if attribute.startswith("_"):
+            raise AttributeError(f"a camera has no attribute '{attribute}'")
+        name = self._own_name(attribute)
+        if not self._grabber.has_feature(name):
+            try:
+                self._grabber.feature(name)
+            except FeatureNotFoundError as error:
+                raise AttributeError(str(error)) from None
+        return name
 
     def _attributes(self) -> dict[str, str]:
         """Features by their names in Python's spelling."""
-        names = [description.name for description in self._grabber.feature_tree().descriptions()]
-        return {attribute_name(name): name for name in reversed(names)}
-
-    def _name_of(self, name: str) -> str:
-        """A keyword's feature: `ExposureTime` or `exposure_time`."""
-        if self._grabber.has_feature(name):
-            return name
-        role = next((role for role in Role if attribute_name(role.names[0]) == name), None)
-        found = self._grabber.role(role) if role is not None else None
-        return found or self._attributes().get(name, name)
+        tree = self._grabber.feature_tree()
+        known, attributes = self._spellings
+        if known is not tree:
+            names = [description.name for description in tree.descriptions()]
+            attributes = {attribute_name(name): name for name in reversed(names)}
+            self._spellings = tree, attributes
+        return attributes
 
 
 def attribute_name(feature: str) -> str:
     """Return a feature's name in Python's spelling: `GevSCPSPacketSize` is `gev_scps_packet_size`."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", feature).lower()
+
+
+_ROLES: dict[str, Role] = {
+    **{attribute_name(role.names[0]): role for role in Role},
+    **{name: setting.role for name, setting in vars(FeatureAccess).items() if isinstance(setting, Setting)},
+}
+"Roles by the names that mean them on every camera, in Python's spelling."
+
+
+def _plain(value: SettingValue) -> FeatureValue:
+    """Return a value in Python's own type."""
+    if isinstance(value, int | float | str):  # also numpy.float64, which is a float
+        return value
+    return value.item() if isinstance(value, np.generic) else str(value)
 
 
 class CameraFiles:
@@ -201,89 +243,3 @@ class CameraFiles:
     def delete(self, name: str) -> None:
         """Delete a file; firmware is refused."""
         file_access.delete_file(self._camera.grabber, name)
-
-
-Occasion = Literal["change", "event", "lost", "back", "notice"]
-MOST_WAITING = 10_000
-"Most occasions that wait for slow callbacks; further events and changes are dropped."
-
-
-class Callbacks:
-    """Passes a grabber's signals to callbacks, on a thread that starts with the first callback."""
-
-    def __init__(self, grabber: FrameGrabber) -> None:
-        self._grabber = grabber
-        self._by_occasion: dict[str, list[Callable[[Any], object]]] = {}
-        self._waiting: queue.SimpleQueue[tuple[str, Any] | None] = queue.SimpleQueue()
-        self._thread: threading.Thread | None = None
-        self._closed = False
-        self._lost = False
-        self._dropped = False
-
-    def add(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
-        """Call `callback` on an occasion; the returned function ends that.
-
-        Raises UsageError, DeviceLostError after `close`.
-        """
-        if occasion not in get_args(Occasion):
-            raise UsageError(f"on({occasion!r}): there are {', '.join(get_args(Occasion))}")
-        if self._closed:
-            raise DeviceLostError(f"on({occasion!r}): {self._grabber.info.title} is closed")
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._run, name="camera callbacks", daemon=True)
-            self._thread.start()
-            self._grabber.features_changed.connect(self._on_features_changed)
-            self._grabber.event_received.connect(self._on_event)
-            self._grabber.connection_changed.connect(self._on_connection_changed)
-            self._grabber.noticed.connect(self._on_noticed)
-        callbacks = self._by_occasion.setdefault(occasion, [])
-        callbacks.append(callback)
-        return lambda: callbacks.remove(callback) if callback in callbacks else None
-
-    def close(self) -> None:
-        """End all callbacks; wait for one that runs, unless it is the caller."""
-        self._closed = True
-        thread, self._thread = self._thread, None
-        if thread is None:
-            return
-        self._grabber.features_changed.disconnect(self._on_features_changed)
-        self._grabber.event_received.disconnect(self._on_event)
-        self._grabber.connection_changed.disconnect(self._on_connection_changed)
-        self._grabber.noticed.disconnect(self._on_noticed)
-        self._by_occasion.clear()
-        self._waiting.put(None)
-        if thread is not threading.current_thread():
-            thread.join()
-
-    def _on_features_changed(self, names: frozenset[str]) -> None:
-        self._put_if_room("change", names)
-
-    def _on_event(self, event: DeviceEvent) -> None:
-        self._put_if_room("event", event)
-
-    def _put_if_room(self, occasion: Occasion, what: object) -> None:
-        if self._waiting.qsize() < MOST_WAITING:
-            self._waiting.put((occasion, what))
-        elif not self._dropped:
-            self._dropped = True
-            log.warning("%s: the callbacks are too slow, so events are dropped", self._grabber.info.title)
-
-    def _on_noticed(self, text: str) -> None:
-        self._waiting.put(("notice", text))
-
-    def _on_connection_changed(self, state: ConnectionState, why: str) -> None:
-        if state is ConnectionState.LOST and not self._lost:
-            self._lost = True
-            self._waiting.put(("lost", why))
-        elif state is ConnectionState.OPEN and self._lost:
-            self._lost = False
-            self._waiting.put(("back", why))
-
-    def _run(self) -> None:
-        while (happened := self._waiting.get()) is not None:
-            occasion, what = happened
-            for callback in tuple(self._by_occasion.get(occasion, ())):
-                try:
-                    callback(what)
-                except Exception:
-                    log.exception("a callback for %r failed", occasion)

@@ -116,7 +116,7 @@ def test_what_is_misspelled_is_named_with_what_was_meant(camera: grabbergui.Came
         _ = camera.exposure_tim
     with pytest.raises(AttributeError, match="did you mean ExposureTime"):
         camera.exposure_tim = 5
-    with pytest.raises(AttributeError, match="did you mean exposure_time"):
+    with pytest.raises(AttributeError, match="did you mean ExposureTime"):
         _ = camera.exposure_time_
     assert not hasattr(camera, "exposure__time")
     with pytest.raises(grabbergui.FeatureNotFoundError, match="did you mean"):

@@ -9,9 +9,9 @@ import pytest
 
 import grabbergui
 from fakes import ScriptedGrabber
-from grabbergui.core.errors import DeviceLostError, UsageError
+from grabbergui.core.errors import ClosedError, UsageError
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.library import features
+from grabbergui.library import callbacks as reports
 from patience import PATIENCE, until
 
 ADDRESS = "127.20.1.1"
@@ -34,7 +34,7 @@ def test_changes_reach_a_callback_that_may_use_the_camera(camera: grabbergui.Cam
 def test_a_closed_camera_takes_no_callbacks(camera: grabbergui.Camera) -> None:
     camera.close()
     threads = threading.active_count()
-    with pytest.raises(DeviceLostError, match="is closed"):
+    with pytest.raises(ClosedError, match="is closed"):
         camera.on("lost", print)
     assert threading.active_count() <= threads
 
@@ -58,10 +58,10 @@ def test_a_failing_callback_hinders_no_other(camera: grabbergui.Camera) -> None:
 def test_events_do_not_pile_up_behind_a_slow_callback(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(features, "MOST_WAITING", 10)
+    monkeypatch.setattr(reports, "MOST_WAITING", 10)
     grabber, busy = ScriptedGrabber(), threading.Event()
     seen: list[str] = []
-    callbacks = features.Callbacks(grabber)
+    callbacks = reports.Callbacks(grabber)
 
     def slow(event: grabbergui.DeviceEvent) -> None:
         seen.append(event.name)

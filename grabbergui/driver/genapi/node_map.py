@@ -354,6 +354,8 @@ class CameraNodeMap:
             node.assign(value)
         except RemoteProtocolError as error:
             raise FeatureError(f"{name}: {error}", name) from error
+        except GrabberError:  # some are a ValueError, too
+            raise
         except _GENAPI_ERRORS as error:
             raise self._answer(error, name, value) from error
         return node
@@ -369,6 +371,8 @@ class CameraNodeMap:
         self._port.take_failure()
         try:
             yield
+        except GrabberError:  # some are a ValueError, too
+            raise
         except _GENAPI_ERRORS as error:
             raise self._answer(error, name) from error
 
