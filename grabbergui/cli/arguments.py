@@ -215,6 +215,7 @@ class Outage:
         self._reason = ""
         self._since: float | None = None
         self._ended = -math.inf
+        self._before = 0.0
         self._exceeded = False
         self._timer: threading.Timer | None = None
         grabber.connection_changed.connect(self._on_connection_changed)
@@ -223,6 +224,12 @@ class Outage:
     def present(self) -> bool:
         """Whether the source is lost now."""
         return self._since is not None
+
+    @property
+    def seconds(self) -> float:
+        """For how long the source has been lost in all."""
+        since = self._since
+        return self._before + (0.0 if since is None else self._clock() - since)
 
     def waited(self, since: float) -> float:
         """Return seconds since `since` or the source's return, whichever is later; 0 while it is lost."""
@@ -247,7 +254,9 @@ class Outage:
 
         if state is not ConnectionState.LOST:
             if self._since is not None:
-                self._since, self._ended = None, self._clock()
+                self._ended = self._clock()
+                self._before += self._ended - self._since
+                self._since = None
             self._stop_timer()
             return
         self._reason = reason

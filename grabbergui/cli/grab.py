@@ -67,6 +67,7 @@ def _grab(options: argparse.Namespace) -> int:
             f"{counted(options.frames, 'frame')} of "
             "{width}×{height} {pixel_format} in {seconds:.2f} s, {fps:.1f} per second; "
             "{incomplete} incomplete, {lost} lost".format(**summary)
+            + (f", and all of {away:.1f} s without the source" if (away := summary["away"]) else "")
         )
     return 0
 
@@ -124,4 +125,5 @@ def _collect(source: AwaitedSource, queue: FrameQueue, options: argparse.Namespa
         "fps": (options.frames - 1) / seconds if seconds > 0 else 0.0,
         "seconds": seconds,
         "bytes": payload_bytes,
+        "away": source.outage.seconds,
     }

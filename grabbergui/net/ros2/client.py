@@ -57,6 +57,8 @@ POLLS_PER_CHECK = 10
 SILENCE = 5.0
 """Seconds without an answer to a poll, nor an image, after which a server of ours counts as lost: longer than
 a command takes in a camera. A killed program stays visible on the network for 20 s."""
+OVERDUE = 0.7
+"""The same of a server whose images came regularly until then."""
 
 
 class Ros2Grabber(RemoteGrabber[ImageStream]):
@@ -226,11 +228,18 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             except FrameTimeoutError as error:
                 log.info("%s: %s", self._name, error)
                 link = self._opened()
-                if present and link.unanswered > SILENCE and not self.statistics().frame_rate:
+                if present and self._silent(link):
                     present = False
                     self._refuse(f"{link.publisher.node} does not answer any more")
             except GrabberError as error:  # as when `close` ends a request
                 log.info("%s: %s", self._name, error)
+
+    def _silent(self, link: CameraLink) -> bool:
+        """Return whether a server that owes an answer is to be taken for lost."""
+        stream = self._stream
+        if stream is None:
+            return link.unanswered > SILENCE
+        return min(stream.idle, link.unanswered) > (OVERDUE if stream.regular else SILENCE)
 
     def _refuse(self, reason: str) -> None:
         """Accept neither images nor features until our camera is back, and answers."""

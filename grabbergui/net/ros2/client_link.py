@@ -20,7 +20,7 @@ SERVICE_TIMEOUT = DISCOVERY_S
 """Seconds that a service has to appear once its node has, and then for its first answer."""
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
-POLL_TIMEOUT = 1.0
+POLL_TIMEOUT = 0.8
 """Seconds for one answer to a poll, and for any of a node that stopped answering."""
 _POLLED = frozenset({"hello", "changes"})
 _LOOK_PERIOD = 0.1

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
+from collections import deque
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 from grabbergui.core.calibration import Calibration
@@ -114,6 +117,29 @@ class ComponentSubscriptions:
 
 REMIND = 5.0
 """Seconds after which a lasting problem is reported again."""
+REGULAR = 0.5
+"""Longest seconds between two images after which the next is expected as soon."""
+_SENDERS = 10
+"""Number of the newest images whose publishers are compared."""
+
+
+class _Senders:
+    """Tells whether images of several publishers alternate. A killed one stays listed, but sends none."""
+
+    def __init__(self) -> None:
+        self._newest: deque[bytes | None] = deque(maxlen=_SENDERS)
+
+    def see(self, info: Any) -> None:
+        """Note the publisher of an image, from rclpy's MessageInfo."""
+        gid = info.get("publisher_gid")  # None before Kilted
+        self._newest.append(None if gid is None else bytes(gid["data"]))
+
+    @property
+    def alternate(self) -> bool:
+        """Whether the publishers changed more than once; True if they are not known."""
+        newest = list(self._newest)
+        changes = sum(first != second for first, second in pairwise(newest))
+        return changes > 1 or None in newest
 
 
 class ImageStream:
@@ -148,6 +174,9 @@ class ImageStream:
         self._counters = StreamStatistics()
         self._rate = RateMeter()
         self._continuity = Continuity()
+        self._senders = _Senders()
+        self._last = (-math.inf, -math.inf)
+        "Times (`time.monotonic`) of the last two images."
         self._said: dict[str, float] = {}
         "Time (`time.monotonic`) of the last report, by its text or kind."
         self._info_key: object = None
@@ -174,6 +203,17 @@ class ImageStream:
         """Return a snapshot of the counters."""
         return self._counters.snapshot(self._rate)
 
+    @property
+    def idle(self) -> float:
+        """Seconds since the last image; infinite before the first."""
+        return time.monotonic() - self._last[1]
+
+    @property
+    def regular(self) -> bool:
+        """Whether the last two images came within `REGULAR` seconds."""
+        before, last = self._last
+        return last - before < REGULAR
+
     def silence(self) -> str:
         """Return which publishers send no images, as display text."""
         publishers = publishers_of(self._node, self._topic)
@@ -189,7 +229,7 @@ class ImageStream:
         for other in publishers:
             if other.topic_type != IMAGE_TYPE:
                 self._remark(f"{other} publishes {other.topic_type} there, which is no image")
-        if len(images) > 1:
+        if len(images) > 1 and self._senders.alternate:
             self._remark(f"{' and '.join(map(str, images))} publish on this topic: their images mix")
         unable = [publisher for publisher in images if not publisher.reliable]
         if self._reliable and unable:
@@ -226,7 +266,9 @@ class ImageStream:
         )
         self._subscriptions = [subscription, info]
 
-    def _on_image(self, message: Any) -> None:
+    def _on_image(self, message: Any, info: Any) -> None:
+        self._last = self._last[1], time.monotonic()
+        self._senders.see(info)
         try:
             frame = frame_of(message, self._counters.frames + 1)
         except PixelFormatError as error:

@@ -26,6 +26,7 @@ def patience(monkeypatch):
     """Others may have the machine's cores; what is to be found is found in the end."""
     monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 20.0)
     monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 20.0)
+    monkeypatch.setattr("grabbergui.net.ros2.client.OVERDUE", 5.0)
 
 
 @pytest.fixture
