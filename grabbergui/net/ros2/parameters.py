@@ -182,7 +182,7 @@ class FeatureParameters:
             self._write(parameter)
         except GrabberError as error:
             # Viewers show the requested value until an event corrects it.
-            self._events.publish(frozenset({parameter.name}))
+            self._events.correct(parameter.name)
             return SetParametersResult(successful=False, reason=sendable(str(error)))
         return SetParametersResult(successful=True)
 
@@ -193,7 +193,9 @@ class FeatureParameters:
             raise FeatureAccessError(f"{feature.name} {feature.access_problem()}", feature.name)
         value = _accepted(feature, parameter.value)
         if feature.access.writable or value != feature.value:
-            self._grabber.write_setting(setting_of(self._grabber, parameter.name), value)
+            result = self._grabber.write_setting(setting_of(self._grabber, parameter.name), value)
+            if result.feature.value != value:  # as a camera that rounds
+                self._events.correct(parameter.name)
 
     def _set_own(self, parameter: Any) -> Any:
         from rcl_interfaces.msg import SetParametersResult

@@ -1,5 +1,6 @@
 """Features as parameters, asked by rclpy's own parameter client, which `ros2 param` stands on."""
 
+import math
 import re
 from contextlib import closing
 
@@ -283,7 +284,7 @@ def test_changes_faster_than_reads_are_read_once(domain):
         events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
 
         def reported():
-            grabber.set("Knob", 0)
+            grabber.set("Knob", 1 - grabber.known["Knob"].value)
             return not events.empty()
 
         until(reported)
@@ -319,6 +320,7 @@ def test_changes_are_reported_as_events(server, parameters, camera):
     until(lambda: parameters.node.count_publishers("/parameter_events") >= 2)
 
     def reported():
+        camera.write_feature("ExposureTime", 1234)
         camera.write_feature("ExposureTime", 4321)
         while not events.empty():
             event = events.get()
@@ -328,6 +330,32 @@ def test_changes_are_reported_as_events(server, parameters, camera):
         return False
 
     until(reported)
+
+
+def test_only_changes_are_reported(domain):
+    """A write in a camera invalidates dozens of features, most of which keep their values."""
+    knobs = [
+        Feature(name=name, kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=value)
+        for name, value in {"Knob": 1.0, "Steady": 2.0, "Unknown": math.nan, "Rounded": 3.0}.items()
+    ]
+    grabber = ScriptedGrabber(knobs)
+    with Ros2GrabberServer(grabber, "/quiet"), closing(ParameterProbe("/quiet")) as parameters:
+        events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
+        until(lambda: {"Knob", "Steady", "Unknown", "Rounded"} <= set(grabber.reads))
+
+        def reported():
+            event = events.get(timeout=PATIENCE)
+            return {p.name: p.value.double_value for p in event.changed_parameters}
+
+        for value in (5.0, 6.0):
+            grabber.set("Steady", 2.0)
+            grabber.set("Unknown", math.nan)
+            grabber.set("Knob", value)
+            assert reported() == {"Knob": value}
+
+        grabber.on_write = lambda name, value: 3.0
+        assert parameters.set(Rounded=3.1)[0].successful
+        assert reported() == {"Rounded": 3.0}, "whoever set 3.1 shows that"
 
 
 def test_a_change_in_the_camera_is_read_immediately(parameters, camera):
