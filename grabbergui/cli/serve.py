@@ -156,13 +156,16 @@ def _run(arguments: argparse.Namespace) -> int:
         shared = stack.enter_context(_read_only(grabber)) if options.read_only else grabber
         calibration = _calibration(shared, options)
         published: dict[str, Callable[[], int]] = {}
+        servers: list[YarpGrabberServer | Ros2GrabberServer] = []
         if options.yarp or options.with_name_server:
             yarp = stack.enter_context(_on_yarp(shared, options, calibration))
             if yarp is not None:
                 published["yarp"] = lambda: yarp.published
+                servers.append(yarp)
         if options.ros2:
             ros2 = stack.enter_context(_on_ros2(shared, options, calibration, ros_args))
             published["ros2"] = lambda: ros2.published
+            servers.append(ros2)
         if options.metrics:
             metrics = stack.enter_context(_metrics(grabber, options, published, allowed))
             print_line(f"counters are at {metrics.url}", flush=True)
@@ -170,7 +173,7 @@ def _run(arguments: argparse.Namespace) -> int:
         code = 0
         print_line(f"serving {grabber.info.title} ({uri}); Ctrl-C ends it", flush=True)
         if options.window:
-            code = _show_window(grabber, stop)
+            code = _show_window(grabber, stop, options, servers)
         elif options.terminal:
             from grabbergui.terminal import console
 
@@ -343,12 +346,30 @@ def _on_ros2(
         yield server
 
 
-def _show_window(grabber: FrameGrabber, stop: threading.Event) -> int:
+def _show_window(
+    grabber: FrameGrabber,
+    stop: threading.Event,
+    options: ServeOptions,
+    servers: Sequence[YarpGrabberServer | Ros2GrabberServer],
+) -> int:
     from grabbergui.core.shared import SharedGrabber
+    from grabbergui.models.share import Network, ShareOptions
+    from grabbergui.models.sharing import Served
+    from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.ui.run import window
+
+    def served(server: YarpGrabberServer | Ros2GrabberServer) -> Served:
+        network = Network.YARP if isinstance(server, YarpGrabberServer) else Network.ROS2
+        shared = ShareOptions(
+            server.name,
+            options.nameserver or "",
+            options.with_name_server and not options.nameserver,
+            read_only=options.read_only,
+        )
+        return Served(grabber.info.uri, network, shared, server)
 
     def create(uri: SourceUri) -> FrameGrabber:
         """Return the served grabber for its own URI, or open another source that is chosen in the list."""
         return SharedGrabber(grabber) if str(uri) == grabber.info.uri else sources.create(uri)
 
-    return window.run(grabber.info.uri, create=create, stop=stop)
+    return window.run(grabber.info.uri, create=create, served=[*map(served, servers)], stop=stop)

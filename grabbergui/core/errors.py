@@ -42,6 +42,13 @@ class SourceUnavailableError(GrabberError):
     """The URI's kind of source needs something that this computer lacks (a package, a server)."""
 
 
+class NoNameServerError(SourceUnavailableError):
+    """No YARP name server answers; one can be started."""
+
+    where = ""
+    "Its HOST:PORT."
+
+
 class ProtocolError(GrabberError):
     """A message broke its protocol's rules."""
 

@@ -104,12 +104,13 @@ class ChangeJournal:
             self.noted.emit(change)
         self.steps_changed.emit()
 
-    def ran(self, key: SettingKey) -> None:
-        """Record a command of the operator, which cannot be undone."""
+    def ran(self, key: SettingKey, origin: Origin = Origin.OPERATOR) -> None:
+        """Record a command, which cannot be undone."""
         with self._lock:
-            self._history.interrupt()
-            self._latest.pop(Origin.OPERATOR, None)
-            change = self._append(key, None, None, Origin.OPERATOR, command=True)
+            if origin is Origin.OPERATOR:
+                self._history.interrupt()
+                self._latest.pop(Origin.OPERATOR, None)
+            change = self._append(key, None, None, origin, command=True)
         self.noted.emit(change)
 
     def saw(self, key: SettingKey, before: FeatureValue, after: FeatureValue, origin: Origin) -> None:

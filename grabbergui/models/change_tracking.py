@@ -13,7 +13,7 @@ from grabbergui.core.errors import FeatureError
 from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.settings import SettingKey, WriteResult
+from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
 from grabbergui.core.settle import settle
 from grabbergui.core.sfnc import PLAYBACK_POSITION, is_on, regulated_by_mode, regulating
 from grabbergui.core.shared import SharedGrabber
@@ -45,7 +45,8 @@ class ChangeTrackingGrabber(SharedGrabber):
     ) -> None:
         super().__init__(grabber)
         self.journal = journal
-        self._others_write = grabber.shared
+        self.others_write = grabber.shared
+        "Whether others may write, too, so that a change not made here may be theirs."
         self._clock = clock
         self._wrote = float("-inf")
         self._known: dict[SettingKey, FeatureValue] = {}
@@ -112,6 +113,13 @@ class ChangeTrackingGrabber(SharedGrabber):
         except FeatureError as error:
             log.debug("a change of %s is not recorded: %s", feature.name, error)
 
+    def note_peer(self, changes: Iterable[ValueChange]) -> None:
+        """Record what another user wrote through another handle on this camera. Any thread."""
+        for key, before, after in changes:
+            self._remember(key, after)
+            if before is not None and after is not None and before != after:
+                self.journal.saw(key, before, after, Origin.NETWORK)
+
     def learn(self) -> None:
         """Learn the automatic modes of the grabber's present tree."""
         self._regulates = regulated_by_mode(self.selectors.descriptions, self.has_feature)
@@ -129,7 +137,7 @@ class ChangeTrackingGrabber(SharedGrabber):
     def _origin(self, feature: Feature) -> Origin:
         if feature.auto and regulating(self._grabber.feature(feature.auto)):
             return Origin.CAMERA
-        others = self._others_write or self._grabber.access is not Access.CONTROL
+        others = self.others_write or self._grabber.access is not Access.CONTROL
         consequence = self._clock() - self._wrote < CONSEQUENCES
         return Origin.NETWORK if others and not consequence else Origin.CAMERA
 

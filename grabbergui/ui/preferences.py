@@ -98,6 +98,15 @@ class Preferences:
     def typed(self, uris: list[str]) -> None:
         self._set("sources/typed", uris)
 
+    def share_name(self, network: str) -> str:
+        """The name under which a camera was last shared on a network; empty if none was."""
+        name = self._get(f"share/{network}")
+        return name if isinstance(name, str) else ""
+
+    def keep_share_name(self, network: str, name: str) -> None:
+        """Remember it."""
+        self._set(f"share/{network}", name)
+
     @property
     def snapshot_folder(self) -> Path:
         """Where snapshots go."""

@@ -13,6 +13,8 @@ from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
 from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
 from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.models.share import Network, ReaderRate, Remedy, ShareOptions, ShareState, ShareStatus
+from grabbergui.net.readers import Reader
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
@@ -21,6 +23,7 @@ from grabbergui.ui.views.lut_dialog import LutDialog
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.report_dialog import ReportDialog
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
+from grabbergui.ui.views.share_dialog import ShareDialog
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 from small_screen import check_fits
 
@@ -53,6 +56,16 @@ def difference(window):
     return dialog
 
 
+def share(window):
+    dialog = ShareDialog(window)
+    dialog.setCamera(LONG)
+    options, reader = ShareOptions(LONG, LONG), ReaderRate(Reader(LONG, LONG, LONG, 1, 1))
+    broken = ShareStatus(Network.YARP, options, ShareState.FAILED, (), (), LONG, Remedy.NAME_SERVER)
+    running = ShareStatus(Network.ROS2, options, ShareState.ON, (LONG,), (reader,))
+    dialog.setStatuses([broken, running])
+    return dialog
+
+
 def user_sets(window):
     dialog = UserSetsDialog(window)
     dialog.setSets([UserSet("UserSet1", LONG, savable=True, startable=True, starts=True)])
@@ -69,6 +82,7 @@ MADE = {
     ReportDialog: camera_report,
     SettingsDifference: difference,
     SettingsReport: report,
+    ShareDialog: share,
     ShortcutsDialog: lambda window: ShortcutsDialog(window.menuBar(), window),
     UserSetsDialog: user_sets,
 }

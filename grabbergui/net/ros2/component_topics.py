@@ -42,16 +42,19 @@ class ComponentTopics:
         publisher: Callable[[Any, str], Any],
         stamp: Stamp,
         camera_info: Callable[[Frame, Frame], Any],
+        count: Callable[[Any, int], None],
     ) -> None:
         """`publisher` makes one for a message type and a topic; `stamp` fills headers.
 
-        `camera_info` returns the message for a frame's component.
+        `camera_info` returns the message for a frame's component. `count` notes the bytes that a publisher
+        sent.
         """
         from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 
         self._image_type, self._info_type = Image, CameraInfo
         self._cloud_type, self._field_type = PointCloud2, PointField
         self._publisher, self._stamp, self._camera_info = publisher, stamp, camera_info
+        self._count = count
         self._scan = CurrentScan3d(grabber)
         self._writer = ImageWriter()
         self._topics: dict[str, tuple[Any, Any]] = {}
@@ -68,6 +71,12 @@ class ComponentTopics:
         self._sink.stop()
         self._scan.close()
 
+    @property
+    def topics(self) -> list[str]:
+        """The topics of images and points so far. Any thread."""
+        images = [publisher for publisher, _ in list(self._topics.values())]
+        return [publisher.topic_name for publisher in (*images, self._points) if publisher is not None]
+
     def _publish(self, frame: Frame) -> bool:
         """Publish on the topics that have subscribers; return whether there was one."""
         if not frame.parts and not frame.pixel_format.is_coordinate:
@@ -79,7 +88,7 @@ class ComponentTopics:
                 message = self._image_type()
                 self._stamp(message.header, frame)
                 image = in_metres(frame.of_component(part), self._scan.value)
-                self._writer.publish([images], message, image)
+                self._count(images, self._writer.publish([images], message, image))
                 sent = True
             if infos is not None and infos.get_subscription_count():
                 message = self._camera_info(frame, frame.of_component(part))
@@ -92,6 +101,7 @@ class ComponentTopics:
             message = self._cloud(frame, self._scan.value)
             self._stamp(message.header, frame)
             self._points.publish(message)
+            self._count(self._points, len(message.data))
             sent = True
         return sent
 

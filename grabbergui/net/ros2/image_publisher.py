@@ -22,6 +22,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
+from grabbergui.net.readers import Reader
 from grabbergui.net.ros2.component_topics import ComponentTopics
 from grabbergui.net.ros2.image_messages import fill_camera_info
 from grabbergui.net.ros2.image_writer import ImageWriter
@@ -31,6 +32,10 @@ log = logging.getLogger(__name__)
 
 JPEG_QUALITY = "image_raw.compressed.jpeg_quality"
 """The node's parameter, named as image_transport's."""
+
+
+_NOT_YET_KNOWN = "_NODE_NAME_UNKNOWN_"
+"""rmw's name of a node whose topics were discovered before the node itself."""
 
 
 class ImagePublisher:
@@ -49,6 +54,8 @@ class ImagePublisher:
         self._calibration = calibration
         self._info_type = CameraInfo
         self.published = 0
+        self._traffic: dict[str, tuple[int, int]] = {}
+        "Messages and their bytes by topic. Replaced, never changed, so that any thread may read it."
         self._node = node
         self._image_type, self._compressed_type = Image, CompressedImage
         self._stamps = _Stamps(node.get_clock())
@@ -89,7 +96,9 @@ class ImagePublisher:
         compressed = _unless_remapped(node, "~/image_raw/compressed", f"{raw}/compressed")
         self._compressed = publisher(CompressedImage, compressed)
         self._info = publisher(CameraInfo, _unless_remapped(node, "~/camera_info", f"{place}/camera_info"))
-        self._components = ComponentTopics(node, grabber, publisher, self._stamp, self._camera_info)
+        self._components = ComponentTopics(
+            node, grabber, publisher, self._stamp, self._camera_info, self._count
+        )
         self._sink = FrameSink(grabber, self._publish, name="ros2 images", reopens=True)
 
     @property
@@ -115,17 +124,34 @@ class ImagePublisher:
         if wanted:
             message = self._image_type()
             _fill(message.header, stamp, frame_id)
-            self._writer.publish(wanted, message, frame)
+            size = self._writer.publish(wanted, message, frame)
             self.published += 1
+            for publisher in wanted:
+                self._count(publisher, size)
         if self._compressed.get_subscription_count():
             message = self._jpeg(frame)
             _fill(message.header, stamp, frame_id)
             self._compressed.publish(message)
+            self._count(self._compressed, len(message.data))
         if self._info.get_subscription_count():
             message = self._camera_info(frame)
             _fill(message.header, stamp, frame_id)
             self._info.publish(message)
         return bool(wanted) or any(one.get_subscription_count() for one in (self._compressed, self._info))
+
+    def _count(self, publisher: Any, size: int) -> None:
+        images, total = self._traffic.get(publisher.topic_name, (0, 0))
+        self._traffic = {**self._traffic, publisher.topic_name: (images + 1, total + size)}
+
+    def readers(self) -> list[Reader]:
+        """Return the subscribers of images; those of camera_info alone are left out. Any thread."""
+        topics = [publisher.topic_name for publisher in (*self._images, self._compressed)]
+        return [
+            Reader(_node_name(end), topic, "", *self._traffic.get(topic, (0, 0)))
+            for topic in (*topics, *self._components.topics)
+            for end in self._node.get_subscriptions_info_by_topic(topic)
+            if end.node_name != _NOT_YET_KNOWN
+        ]
 
     def _stamp(self, header: Any, frame: Frame) -> None:
         _fill(header, self._stamps.of(frame), self._node.get_parameter("frame_id").value)
@@ -156,6 +182,11 @@ class ImagePublisher:
         if forms is not None:
             fill_camera_info(message, forms)
         return message
+
+
+def _node_name(end: Any) -> str:
+    """Return the full name of an endpoint's node."""
+    return f"{end.node_namespace.rstrip('/')}/{end.node_name}"
 
 
 def _unless_remapped(node: Any, topic: str, beside: str) -> str:

@@ -30,8 +30,8 @@ class ImageWriter:
         self._rcl = _rcl()
         self._memory = np.empty(0, np.uint8)
 
-    def publish(self, publishers: Sequence[Any], message: Any, frame: Frame) -> None:
-        """Publish a frame in a message of which the caller has filled the header.
+    def publish(self, publishers: Sequence[Any], message: Any, frame: Frame) -> int:
+        """Publish a frame in a message of which the caller has filled the header; return its pixels' bytes.
 
         Raises PixelFormatError for a format without encoding, and what rclpy's `publish` raises.
         """
@@ -43,6 +43,7 @@ class ImageWriter:
             message.data = message_bytes(pixels)
             for publisher in left:
                 publisher.publish(message)
+        return pixels.nbytes
 
     def _serialized(self, message: Any, pixels: NDArray[Any]) -> NDArray[np.uint8] | None:
         """Return the message in the memory that is kept; None if it does not end with its data."""

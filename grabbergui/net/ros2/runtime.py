@@ -81,16 +81,18 @@ class Ros2Node:
         namespace: str = "",
         *,
         ros_args: Sequence[str] = (),
+        domain: int | None = None,
         shared_memory: bool = True,
         **options: Any,
     ) -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2, UsageError for bad `ros_args`.
 
         `ros_args` are what ROS's programs take behind `--ros-args`: `-r`, `-p`, `--params-file` …
+        `domain` is that of ROS_DOMAIN_ID by default.
         Without `shared_memory` the first node of a process decides that it sends by UDP alone.
         """
         require_ros2()
-        _require_domain(os.environ.get("ROS_DOMAIN_ID", ""))
+        _require_domain(os.environ.get("ROS_DOMAIN_ID", "") if domain is None else str(domain))
         use_transports(shared_memory=shared_memory)
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
@@ -100,7 +102,12 @@ class Ros2Node:
         # ROS's log file, one for each process, would stay empty: our messages go to stderr and /rosout.
         arguments = ["--ros-args", "--disable-external-lib-logs", *ros_args]
         try:
-            rclpy.init(args=arguments, context=self.context, signal_handler_options=SignalHandlerOptions.NO)
+            rclpy.init(
+                args=arguments,
+                context=self.context,
+                domain_id=domain,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
             self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)
         except (RuntimeError, ValueError) as error:
             self.context.try_shutdown()
@@ -109,6 +116,8 @@ class Ros2Node:
             if not ros_args:
                 raise
             raise UsageError(f"--ros-args {' '.join(ros_args)}: {_without_places(error)}") from error
+        self.domain: int = self.context.get_domain_id()
+        "The domain that the node has joined."
         memory.keep_private()
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)

@@ -9,6 +9,7 @@ from typing import Any
 from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.readers import Reader
 from grabbergui.net.ros2.diagnostics import Diagnostics
 from grabbergui.net.ros2.grabber_services import GrabberServices
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
@@ -40,6 +41,7 @@ class Ros2GrabberServer:
         calibration: FittedCalibration | None = None,
         qos: str = "reliable",
         ros_args: Sequence[str] = (),
+        domain: int | None = None,
         read_only: bool = False,
         terminal: Terminal = no_terminal,
     ) -> None:
@@ -47,7 +49,7 @@ class Ros2GrabberServer:
 
         `frame_id` is the default of the parameter of that name. `calibration` goes out as `camera_info`, and
         `set_camera_info` replaces it; its file is the default of `camera_info_url`. With `read_only` nobody
-        may set them; a `ReadOnlyGrabber` refuses the rest.
+        may set them; a `ReadOnlyGrabber` refuses the rest. `domain` is that of ROS_DOMAIN_ID by default.
 
         Raises UsageError for a bad name, calibration or `ros_args`, OSError where the calibration cannot be
         read, SourceUnavailableError without ROS 2.
@@ -61,7 +63,12 @@ class Ros2GrabberServer:
         self._read_only = read_only
         # The parameter services are ours: see FeatureParameters.
         self._ros = Ros2Node(
-            node_name, namespace, ros_args=ros_args, enable_rosout=True, start_parameter_services=False
+            node_name,
+            namespace,
+            ros_args=ros_args,
+            domain=domain,
+            enable_rosout=True,
+            start_parameter_services=False,
         )
         self._started_stream = False
         node = self._ros.node
@@ -86,6 +93,14 @@ class Ros2GrabberServer:
     def published(self) -> int:
         """Images published."""
         return self._images.published
+
+    def connected(self) -> list[Reader]:
+        """Return who subscribes to images. ROS 2 does not report who calls services. Any thread."""
+        return self._images.readers()
+
+    def places(self) -> list[str]:
+        """Return the topics of the images as display text, with the domain."""
+        return [f"{self.name}/image_raw in domain {self._ros.domain}"]
 
     def _counters(self) -> dict[str, int]:
         return {"published": self.published, "dropped": self._images.dropped}

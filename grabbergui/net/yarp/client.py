@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 from typing_extensions import override
 
@@ -198,13 +199,14 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
         super().stop()
 
     def _connect(self, names: NameClient) -> tuple[GrabberLink, Features]:
-        if names.query(self._name).address == names.server.address or self._name == names.server.name:
+        contact = names.query(self._name)
+        if contact.address == names.server.address or self._name == names.server.name:
             raise TransportError(
                 f"{self._name} is the name server, not a camera; `grabbergui list` shows the cameras"
             )
         link = GrabberLink(self._name, names)
         try:
-            self._recognise(link.info(self.info))
+            self._recognise(link.info(replace(self.info, interface=contact.host)))
             return link, link.features()
         except BaseException:
             link.close()

@@ -22,6 +22,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.scan3d import CurrentScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of
 from grabbergui.net.distances import in_metres
+from grabbergui.net.readers import Reader
 from grabbergui.net.tree import Terminal, no_terminal
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.grabber_image import MONO, PIXELS, Capability
@@ -151,6 +152,27 @@ class YarpGrabberServer:
         """The number of connected readers of images."""
         images = [publisher.port for publisher in self._publishers]
         return sum(port.connections for port in (*images, *self._components.ports))
+
+    def connected(self) -> list[Reader]:
+        """Return who takes images, and who only asks. Any thread."""
+        images = [publisher.port for publisher in self._publishers]
+        readers = [
+            Reader(
+                output.reader,
+                f"{port.name} ({output.carrier_text})",
+                output.address,
+                output.messages,
+                output.bytes,
+            )
+            for port in (*images, *self._components.ports)
+            for output in port.outputs
+        ]
+        askers = [
+            Reader(peer.peer, port.name, peer.address)
+            for port in (self._rpc, self._terminal, *images)
+            for peer in port.peers
+        ]
+        return [*readers, *askers]
 
     @property
     def published(self) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -24,10 +24,12 @@ from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.recording import Recordings
+from grabbergui.models.sharing import Sharing
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
+from grabbergui.terminal import remote_terminal
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
@@ -45,6 +47,7 @@ from grabbergui.ui.controllers.measuring import MeasuringController, ValuesContr
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
 from grabbergui.ui.controllers.report import ReportController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
+from grabbergui.ui.controllers.sharing import SharingController
 from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
@@ -55,6 +58,7 @@ from grabbergui.ui.screen import has_screen
 from grabbergui.ui.shown_text import about_box
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.widgets.share_chip import ShareChip
 
 log = logging.getLogger(__name__)
 
@@ -89,6 +93,7 @@ class Program(QObject):
         self.log_book.open()
         self.recordings = Recordings(self.connection)
         self.status.recorded = self.recordings.runs
+        self.sharing = Sharing(self.connection, remote_terminal)
         said = CurrentMessages(self.messages, lambda: self.connection.source)
         files = FileDialogs(window)
         image, tasks = window.image, window.image.tasks
@@ -97,18 +102,23 @@ class Program(QObject):
         self.recording = RecordingController(
             window.actionRecord, window.recordingBar, connection, self.recordings, preferences, files
         )
+        self.share_chip = ShareChip(window)
+        window.statusbar.addPermanentWidget(self.share_chip)
+        self.sharer = SharingController(
+            window.actionShare, self.share_chip, window, connection, self.sharing, self.image, preferences
+        )
         self.sources = SourcesController(
             window.sources,
             self.source_list,
             connection,
             preferences,
             tasks,
-            self.recording.confirm,
+            self._confirm_closing,
             self.messages,
             files,
         )
         self.tiles = GalleryController(
-            window.gallery, self.gallery, connection, self.status, self.recording.confirm
+            window.gallery, self.gallery, connection, self.status, self._confirm_closing
         )
         self.acquisition = AcquisitionController(
             window, image, connection, self.gallery, self.image, self.snapshots, preferences, said, self
@@ -193,6 +203,7 @@ class Program(QObject):
             ("the point cloud", self.points.shut_down),
             ("a recording", self.recordings.close),
             ("the one-push tuning", self.tuning.shut_down),
+            ("a shared camera", self.sharing.close),
             ("a camera", self.connection.wait_closed),
             ("a snapshot", self.snapshots.wait),
             ("the search for sources", self.source_list.stop),
@@ -263,11 +274,16 @@ class Program(QObject):
         self.status_bar.refresh()
 
     def _may_close(self) -> bool:
-        """Return whether the window may be closed now; ask the user if something is being recorded."""
-        if not self.recordings.running:
+        """Return whether the window may be closed now; ask if something is recorded or read by others."""
+        recorded, readers = self.recordings.running, self.sharing.all_readers
+        if not (recorded or readers):
             return True
-        self.recording.confirm(self.recordings.running, self._close_window)
+        self.recording.confirm(recorded, lambda: self.sharer.confirm_for(readers, self._close_window))
         return False
+
+    def _confirm_closing(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:
+        """Call `proceed`, which closes these sources; ask first if one is recorded or read by others."""
+        self.recording.confirm(closing, lambda: self.sharer.confirm(closing, proceed))
 
     def _close_window(self) -> None:
         self.window.close()

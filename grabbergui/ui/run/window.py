@@ -6,7 +6,7 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -18,6 +18,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_line
 from grabbergui.models.messages import MessageModel
+from grabbergui.models.sharing import Served
 from grabbergui.ui.application import application, closed_by
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.preferences import Preferences
@@ -49,6 +50,7 @@ def run(
     theme: str = "auto",
     language: str | None = None,
     create: Callable[[SourceUri], FrameGrabber] = sources.create,
+    served: Sequence[Served] = (),
     stop: threading.Event | None = None,
 ) -> int:
     """Open the window on a source and return the exit code once it is closed.
@@ -60,8 +62,8 @@ def run(
     compared with that file, and the report offers to load it. `theme` is `light`, `dark`, or `auto` (what
     was chosen before, or the desktop's), `language` a code like `es`; without one it is the desktop's.
     Settings are neither read nor kept offscreen. `create` makes the grabber of a URI, for a program that
-    holds one open already. Setting `stop` closes the window. Raises SourceUnavailableError where there is
-    no display.
+    holds one open already, and `served` are the servers that share it. Setting `stop` closes the window.
+    Raises SourceUnavailableError where there is no display.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
@@ -74,6 +76,8 @@ def run(
     speak(app, language)
     window = MainWindow()
     controller = Program(window, preferences, create)
+    for server in served:
+        controller.sharing.adopt(server)
     with _guarded(controller.messages), closed_by(stop, app.quit):
         window.show()
         wanted = screenshot is not None or (offscreen and script is None)

@@ -107,6 +107,7 @@ class MainWindow(QMainWindow):
     actionNextSource: QAction
     actionStart: QAction
     actionStop: QAction
+    actionShare: QAction
     actionSnapshot: QAction
     actionPointCloud: QAction
     actionPolarised: QAction

@@ -232,6 +232,11 @@ class Input:
         return self.info.address[0]
 
     @property
+    def sends(self) -> bool:
+        """Whether its peer reads over mjpeg, so that an output serves it."""
+        return self._images is not None
+
+    @property
     def messages(self) -> int:
         """Messages received, or sent to a reader over mjpeg."""
         return self._images.messages if self._images else self.received

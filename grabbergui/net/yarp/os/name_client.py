@@ -6,6 +6,7 @@ import logging
 import time
 
 from grabbergui.core.errors import (
+    NoNameServerError,
     RemoteProtocolError,
     ResourceExhaustedError,
     SourceNotFoundError,
@@ -114,10 +115,12 @@ class NameClient:
             raise
         except TransportError as error:
             hint = "" if self._configured else _ELSEWHERE
-            raise SourceUnavailableError(
+            missing = NoNameServerError(
                 f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`, let "
                 f"`serve` run one with --with-name-server{hint}"
-            ) from error
+            )
+            missing.where = self._where
+            raise missing from error
         link = Link(sock, YarpConnection(opener=True))
         try:
             link.send(Header(NAME_SER, ""))

@@ -94,6 +94,8 @@ class Output:
         self.modifiers = modifiers_of(self.carrier_text)
         self.messages = 0
         "Messages sent."
+        self.bytes = 0
+        "Their bytes, without headers and envelopes."
         self.dropped = 0
         "Messages that newer ones replaced before they were sent."
         self.active = time.monotonic()
@@ -144,7 +146,7 @@ class Output:
     def _run(self) -> None:
         try:
             while message := self._take():
-                self._send(message)
+                self.bytes += self._send(message)
                 self.messages += 1
                 self.active = time.monotonic()
         except GrabberError as error:
@@ -173,16 +175,25 @@ class Output:
     def _reader_closed(self) -> bool:
         return not self.carrier.datagrams and sockets.closed_by_peer(self._link.sock)
 
-    def _send(self, message: Outgoing) -> None:
+    def _send(self, message: Outgoing) -> int:
+        """Send a message; return its size in bytes."""
         if self.carrier.pull:
-            sockets.send(self._link.sock, message.jpeg())
-        elif self.carrier.datagrams:
+            jpeg = message.jpeg()
+            sockets.send(self._link.sock, jpeg)
+            return _size(jpeg)
+        if self.carrier.datagrams:
             whole = encode_message(message.command, message.parts)
             send_datagrams(self._link.sock, split_datagrams(whole))
-        else:
-            self._link.send(message.text() if self.carrier.text else message.binary())
-            if self.carrier.acknowledged:
-                self._link.answer()  # a reply is of no use here
+            return _size(message.parts)
+        sent = message.text() if self.carrier.text else message.binary()
+        self._link.send(sent)
+        if self.carrier.acknowledged:
+            self._link.answer()  # a reply is of no use here
+        return len(sent.text) if self.carrier.text else _size(message.parts)
+
+
+def _size(parts: Sequence[Buffer]) -> int:
+    return sum(memoryview(part).nbytes for part in parts)
 
 
 def connect(

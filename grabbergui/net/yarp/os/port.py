@@ -192,6 +192,16 @@ class Port:
         """Number of connected readers; without any, no message needs to be prepared."""
         return len(self._registry.outputs)
 
+    @property
+    def outputs(self) -> list[Output]:
+        """The connections to readers."""
+        return self._registry.outputs
+
+    @property
+    def peers(self) -> list[Input]:
+        """The connections of other ports that send or ask here; short-lived ones of tools are left out."""
+        return [peer for peer in self._registry.inputs if peer.peer.startswith("/") and not peer.sends]
+
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
         """Return the carrier of each connection, by the name at its other end."""
         if outgoing:
