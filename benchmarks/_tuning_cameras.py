@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from benchmarks._wide_camera import BASE, create_wide, wide_description
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.enumerations import TransportLayer
@@ -107,7 +107,7 @@ def simulated() -> Iterator[Tuned]:
     yield Tuned("sim:", lambda: noted.writes, lambda uri: _wide_grabber(noted))
 
 
-def _wide_grabber(noted: _Noted) -> Camera:
+def _wide_grabber(noted: _Noted) -> DeviceGrabber:
     camera = create_wide(SourceUri.parse(SIMULATED))
     device = camera.device
     assert isinstance(device, SimulatedDevice)
@@ -128,7 +128,9 @@ def u3v() -> Iterator[Tuned]:
     device = SimulatedU3vDevice(model)
     device.start()
     try:
-        yield Tuned("u3v:", lambda: noted.writes, lambda uri: Camera(U3vDevice(backend=SimulatedBus(device))))
+        yield Tuned(
+            "u3v:", lambda: noted.writes, lambda uri: DeviceGrabber(U3vDevice(backend=SimulatedBus(device)))
+        )
     finally:
         device.stop()
 
@@ -145,7 +147,7 @@ def gentl() -> Iterator[Tuned]:
 
     def create_noted(uri: SourceUri) -> FrameGrabber:
         camera = create(uri)
-        assert isinstance(camera, Camera)
+        assert isinstance(camera, DeviceGrabber)
         _note_port(camera.device, writes)
         return camera
 
@@ -262,7 +264,7 @@ def be_served(pipe: Connection, on_ros2: bool) -> None:
         _answer(pipe, noted, answers)
 
 
-def _own_write(camera: Camera) -> float:
+def _own_write(camera: DeviceGrabber) -> float:
     """Return the median seconds of a write to the camera itself, with pauses like the operator's."""
     took = []
     for number in range(40):

@@ -4,7 +4,7 @@ import re
 import struct
 
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim.device import SimulatedDevice, create_device
 
 BASE = 0x4000_0000
@@ -81,6 +81,6 @@ class WideDevice(SimulatedDevice):
             super().write(address, data)
 
 
-def create_wide(uri: SourceUri) -> Camera:
+def create_wide(uri: SourceUri) -> DeviceGrabber:
     """Return a grabber of the wide camera, whatever the URI's scheme."""
-    return Camera(WideDevice(create_device(SourceUri("sim", uri.name, uri.options))))
+    return DeviceGrabber(WideDevice(create_device(SourceUri("sim", uri.name, uri.options))))

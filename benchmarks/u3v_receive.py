@@ -27,7 +27,7 @@ from benchmarks import _document
 from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import TestPattern
 from grabbergui.driver.sim.model import CameraModel
@@ -97,7 +97,7 @@ def fast_camera(name: str, width: int, height: int) -> CameraModel:
     )
 
 
-def stream(camera: Camera, seconds: float) -> tuple[int, float, float]:
+def stream(camera: DeviceGrabber, seconds: float) -> tuple[int, float, float]:
     """Return frames, seconds and CPU seconds of this process, after the first frame."""
     queue = camera.open_queue(4)
     camera.start()
@@ -117,7 +117,7 @@ def in_process(seconds: float) -> Iterator[Result]:
     for name, width, height in FORMATS:
         simulated = SimulatedU3vDevice(fast_camera(name, width, height))
         simulated.start()
-        camera = Camera(U3vDevice(backend=SimulatedBus(simulated)))
+        camera = DeviceGrabber(U3vDevice(backend=SimulatedBus(simulated)))
         camera.open()
         try:
             payload = simulated.model.memory.integer(reg.PAYLOAD_SIZE)
@@ -182,7 +182,7 @@ def in_guest(seconds: float) -> Iterator[Result]:
                         label = f"Aravis, {mode}"
                         yield Result(IN_GUEST, image, label, payload, *aravis(mode, seconds + 1))
                 for label, transfers in (("ours, 64 in flight", 64), ("ours, synchronous", 1)):
-                    camera = Camera(U3vDevice(transfers_in_flight=transfers))
+                    camera = DeviceGrabber(U3vDevice(transfers_in_flight=transfers))
                     camera.open()
                     yield Result(IN_GUEST, image, label, payload, *stream(camera, seconds))
                     camera.close()

@@ -90,7 +90,7 @@ def serve():
 
 
 if __name__ == "__main__":
-    import grabbergui.driver.camera
+    import grabbergui.driver.device_grabber
     import grabbergui.driver.sim.device
     import grabbergui.ui.run.standalone
     import grabbergui.ui.run.window  # noqa: F401

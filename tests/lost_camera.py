@@ -9,11 +9,11 @@ import pytest
 
 from grabbergui.core.errors import DeviceLostError
 from grabbergui.core.grabber import Access
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 
 
 @contextmanager
-def away(camera: Camera, reason: str) -> Iterator[None]:
+def away(camera: DeviceGrabber, reason: str) -> Iterator[None]:
     """Make the camera fail to answer or open within the block, and report its loss for this reason."""
 
     def refuse(access: Access) -> Access:

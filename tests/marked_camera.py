@@ -7,7 +7,7 @@ from dataclasses import fields
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim.camera_xml import camera_xml
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.memory import Register, RegisterValue
@@ -67,9 +67,9 @@ def marked_info(mark: str, uri: str = "sim:") -> DeviceInfo:
     return DeviceInfo(uri, **texts)
 
 
-def marked_camera(uri: SourceUri, mark: str, name: str = "") -> Camera:
+def marked_camera(uri: SourceUri, mark: str, name: str = "") -> DeviceGrabber:
     """Return the camera, not yet open; `name` is in its string registers."""
     power_on: dict[Register, RegisterValue] = dict.fromkeys(
         (DEVICE_USER_ID, DEVICE_VENDOR_NAME), name or mark
     )
-    return Camera(_Marked(marked_info(mark, str(uri)), CameraModel(power_on=power_on), mark))
+    return DeviceGrabber(_Marked(marked_info(mark, str(uri)), CameraModel(power_on=power_on), mark))

@@ -1,6 +1,6 @@
 """The interface of a transport (registers, description, stream), and code that transports share.
 
-GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `driver.camera.Camera`
+GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `DeviceGrabber`
 combines any of them with a node map into a `FrameGrabber`.
 """
 
@@ -58,8 +58,8 @@ class Device(ABC):
     The exception are cameras whose description declares another byte order than they have: see
     `use_description`.
 
-    Register calls may come from any thread and are serialised by the caller (`Camera`); stream callbacks
-    run on the device's own receiving thread.
+    Register calls may come from any thread and are serialised by the caller (`DeviceGrabber`); stream
+    callbacks run on the device's own receiving thread.
     """
 
     on_lost: Callable[[str], None] | None = None

@@ -28,7 +28,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver import acquisition
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.genapi.register_names import register_names
 from grabbergui.driver.gige.device import GigeDevice
@@ -80,7 +80,7 @@ def report_of(grabber: FrameGrabber, options: ReportOptions, progress: Progress)
     with _logged() as book:
         draft = _Draft(grabber.info, options, progress)
         draft.ask_network()
-        if isinstance(grabber, Camera):
+        if isinstance(grabber, DeviceGrabber):
             draft.ask_camera(grabber)
         else:
             draft.ask_remote(grabber)
@@ -97,7 +97,7 @@ def report_of_open(
     """
     draft = _Draft(grabber.info if grabber is not None else DeviceInfo(""), options, progress)
     draft.ask_network()
-    if isinstance(grabber, Camera):
+    if isinstance(grabber, DeviceGrabber):
         draft.ask_open(grabber)
     elif grabber is not None:
         draft.ask_open_remote(grabber)
@@ -161,10 +161,10 @@ class _Draft:
                 grabber.close()
                 self._report = replace(self._report, info=grabber.info)
 
-    def ask_camera(self, listed: Camera) -> None:
+    def ask_camera(self, listed: DeviceGrabber) -> None:
         """Open a camera and ask it, or as much of it as can be opened."""
         recorder = RecordedDevice(listed.device)
-        camera = Camera(recorder, deliver_incomplete=True)
+        camera = DeviceGrabber(recorder, deliver_incomplete=True)
         try:
             with self._step("opening the camera"):
                 _open(camera)
@@ -179,7 +179,7 @@ class _Draft:
             recorder.close()
             self._take(recorder, {})
 
-    def ask_open(self, camera: Camera) -> None:
+    def ask_open(self, camera: DeviceGrabber) -> None:
         """Ask a camera that is open and in use."""
         recorder = RecordedDevice(camera.device)
         with self._step("reading the registers"), camera.exclusive():
@@ -195,7 +195,7 @@ class _Draft:
         if grabber.streaming:
             self._ask_frames(grabber)
 
-    def _ask_open_camera(self, camera: Camera, recorder: RecordedDevice) -> None:
+    def _ask_open_camera(self, camera: DeviceGrabber, recorder: RecordedDevice) -> None:
         self._ask_bootstrap(recorder)
         names = self._ask_nodes(recorder)
         self._take(recorder, names)

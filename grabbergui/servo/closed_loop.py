@@ -112,7 +112,7 @@ def mounted_camera(
 
     It is on the robot's head unless `camera_at` gives its pose in the room at a time.
     """
-    from grabbergui.driver.camera import Camera
+    from grabbergui.driver.device_grabber import DeviceGrabber
 
     scene = RenderedScene(things)
     chosen = settings()
@@ -138,7 +138,7 @@ def mounted_camera(
 
     scene.mount(pose, DRAWN_AHEAD_S)
     info = DeviceInfo(uri="sim:scene", model="Camera on the simulated head", bus="Simulated")
-    return Camera(SimulatedDevice(info, model))
+    return DeviceGrabber(SimulatedDevice(info, model))
 
 
 def hand_eye_camera(

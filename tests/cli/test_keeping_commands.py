@@ -10,7 +10,7 @@ import pytest
 from grabbergui.cli import EXIT_FAILURE, CommandParser, features, grab, main, record
 from grabbergui.cli.arguments import Outage
 from grabbergui.core.errors import GrabberError, MissingFileError, TransportError, UsageError
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
 from grabbergui.recording.opening import open_recording
 from lost_camera import away
@@ -63,7 +63,7 @@ def test_a_set_that_does_not_fit_fails_and_can_be_rolled_back(tmp_path, capsys):
 
 def test_a_loss_while_settings_are_loaded_leaves_a_list_of_what_was_written(tmp_path, capsys, monkeypatch):
     (tmp_path / "a.yaml").write_text("features:\n  Gamma: 2\n  BlackLevel: 5\n")
-    write = Camera.write_setting
+    write = DeviceGrabber.write_setting
     with ExitStack() as loss:
 
         def written_last(camera, key, value):
@@ -71,7 +71,7 @@ def test_a_loss_while_settings_are_loaded_leaves_a_list_of_what_was_written(tmp_
             loss.enter_context(away(camera, "the cable is out"))
             return result
 
-        monkeypatch.setattr(Camera, "write_setting", written_last)
+        monkeypatch.setattr(DeviceGrabber, "write_setting", written_last)
         with pytest.raises(GrabberError, match="1 of 2 settings are not as"):
             run("load", SMALL, tmp_path / "a.yaml")
     reported = capsys.readouterr().out.splitlines()

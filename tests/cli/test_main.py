@@ -127,12 +127,12 @@ def test_an_interrupt_before_the_command_line_is_imported_says_nothing():
     ],
 )
 def test_what_is_open_is_closed_on_a_signal(number, code, monkeypatch, capsys):
-    from grabbergui.driver.camera import Camera
+    from grabbergui.driver.device_grabber import DeviceGrabber
 
     closed = []
-    close = Camera.close
-    monkeypatch.setattr(Camera, "close", lambda self: (closed.append(self), close(self))[1])
-    monkeypatch.setattr(Camera, "feature_tree", lambda self: signal.raise_signal(number))
+    close = DeviceGrabber.close
+    monkeypatch.setattr(DeviceGrabber, "close", lambda self: (closed.append(self), close(self))[1])
+    monkeypatch.setattr(DeviceGrabber, "feature_tree", lambda self: signal.raise_signal(number))
     assert main(["features", "sim:"]) == code
     assert len(closed) == 1
     assert capsys.readouterr().err == ""

@@ -10,7 +10,7 @@ from guest import Guest
 
 import isolation
 from grabbergui import sources
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 
 
 @pytest.hookimpl(trylast=True)
@@ -34,10 +34,10 @@ def guest() -> Guest:
 
 
 @pytest.fixture
-def camera() -> Iterator[Camera]:
+def camera() -> Iterator[DeviceGrabber]:
     """Return an open simulated camera of small, fast images."""
     grabber = sources.create("sim:?width=64&height=48&fps=100")
-    assert isinstance(grabber, Camera)
+    assert isinstance(grabber, DeviceGrabber)
     grabber.open()
     yield grabber
     grabber.close()

@@ -9,7 +9,7 @@ from fakes import XmlDevice
 from grabbergui.core import pfnc
 from grabbergui.core.component import Component
 from grabbergui.core.frame import Frame
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.recording.stored_frames import format_named, stored_name
 
 CODES = {"Mono8": 0x01080001, "BayerRG12Packed": 0x810C0002, "Mono8HB": 0x81080001, "EVT3_0": 0x81080300}
@@ -41,7 +41,7 @@ class Sender(XmlDevice):
 
 @pytest.fixture
 def camera():
-    camera = Camera(Sender(XML.encode()))
+    camera = DeviceGrabber(Sender(XML.encode()))
     camera.open()
     yield camera
     camera.close()
@@ -51,7 +51,7 @@ def frame_of(code: int, **more) -> Frame:
     return Frame(np.arange(96, dtype=np.uint8), 8, 8, pfnc.by_code(code), **more)
 
 
-def received(camera: Camera, frame: Frame) -> Frame:
+def received(camera: DeviceGrabber, frame: Frame) -> Frame:
     queue = camera.open_queue()
     camera.start()
     try:

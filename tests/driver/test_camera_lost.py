@@ -19,7 +19,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.core.settings import SettingKey, return_text
 from grabbergui.driver import reconnection
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from patience import PATIENCE, until
 
 DESCRIPTION = (Path(__file__).parents[1] / "data" / "genapi" / "test_camera.xml").read_bytes()
@@ -258,7 +258,7 @@ class Doorway(XmlDevice):
 
 def test_one_that_is_closed_while_it_opens_is_not_opened_again_when_it_is_lost(monkeypatch):
     monkeypatch.setattr(reconnection, "RECONNECT_PERIOD", 0.01)
-    camera = Camera(device := Doorway())
+    camera = DeviceGrabber(device := Doorway())
     ending = threading.Thread(target=camera.close)
     waiting = threading.Event()
     real, camera._lock = camera._lock, NotedLock(camera._lock, ending, waiting)
@@ -301,7 +301,7 @@ class NotedLock:
     ],
 )
 def test_what_the_machine_lacks_is_an_error_of_ours(fault, error, text):
-    camera = Camera(device := Doorway())
+    camera = DeviceGrabber(device := Doorway())
     device.fault = fault
     with pytest.raises(error, match=text):
         camera.open()
@@ -309,7 +309,7 @@ def test_what_the_machine_lacks_is_an_error_of_ours(fault, error, text):
 
 def test_one_that_is_lost_comes_back_once_the_machine_has_descriptors_again(monkeypatch):
     monkeypatch.setattr(reconnection, "RECONNECT_PERIOD", 0.01)
-    camera = Camera(device := Doorway())
+    camera = DeviceGrabber(device := Doorway())
     with closing(camera):
         camera.open()
         device.fault = errno.EMFILE

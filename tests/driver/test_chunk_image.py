@@ -11,9 +11,9 @@ from fakes import XmlDevice
 from grabbergui.core.component import PayloadType
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.pfnc import PixelFormat, by_name
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.chunk_image import take_image
 from grabbergui.driver.device import DataLayout
+from grabbergui.driver.device_grabber import DeviceGrabber
 from patience import PATIENCE
 
 WIDTH, HEIGHT = 6, 4
@@ -82,7 +82,7 @@ def frame_of(payload: np.ndarray, **more) -> Frame:
     ("code", "name", "pixels"), [(0x01080001, "Mono8", PIXELS), (0x02180014, "RGB8", np.tile(PIXELS, 3))]
 )
 def test_the_image_in_a_chunk_is_the_frames_own(code, name, pixels):
-    camera = Camera(Sender(XML.encode()))
+    camera = DeviceGrabber(Sender(XML.encode()))
     camera.open()
     queue = camera.open_queue()
     try:

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from fakes import XmlDevice
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="V" VendorName="V"
@@ -59,10 +59,10 @@ class OddDevice(XmlDevice):
 def opened():
     cameras = []
 
-    def open_camera(nodes: str, *features: str) -> Camera:
+    def open_camera(nodes: str, *features: str) -> DeviceGrabber:
         listed = "".join(f"<pFeature>{name}</pFeature>" for name in features)
         xml = f'{HEAD}<Category Name="Root">{listed}</Category>{nodes}</RegisterDescription>'
-        cameras.append(Camera(OddDevice(xml.encode())))
+        cameras.append(DeviceGrabber(OddDevice(xml.encode())))
         cameras[-1].open()
         return cameras[-1]
 

@@ -12,7 +12,7 @@ from grabbergui.core.errors import DeviceStatusError, FeatureError
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.setting_writer import SettingsMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import create_device
@@ -143,7 +143,7 @@ def test_a_notification_that_was_on_once_is_off_when_its_event_has_come():
     before, notification = device.description().split(b'<Enumeration Name="EventNotification"')
     xml = before + b'<Enumeration Name="EventNotification"' + notification.replace(b'"On"', b'"Once"', 1)
     device.description = lambda: xml
-    with closing(Camera(device)) as camera:
+    with closing(DeviceGrabber(device)) as camera:
         camera.open()
         first, second = (
             SettingKey("EventNotification", (("EventSelector", event),)) for event in ("FrameStart", "Test")

@@ -11,7 +11,7 @@ from grabbergui import sources
 from grabbergui.cli import features as features_command
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.device import device_of
 from grabbergui.driver.twin.report_file import CameraReport, RecordedAccess
@@ -130,7 +130,7 @@ def test_a_twin_with_stand_ins_differs_in_names_alone(report_of: Callable[..., C
     report = report_of(sources.create("sim:?serial=SIM777123&user_id=front%20door"), frames=0)
     rows = []
     for each in (report, without_names(report)):
-        camera = Camera(device_of(each, "twin:", answer_times=False))
+        camera = DeviceGrabber(device_of(each, "twin:", answer_times=False))
         camera.open(Access.CONTROL)
         rows.append([features_command._as_dict(feature) for feature in camera.features()])
         camera.close()

@@ -21,7 +21,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.model import CameraModel
@@ -49,8 +49,8 @@ def rows(grabber: FrameGrabber) -> list[dict[str, object]]:
     return [row for row in found if row["name"] not in LIVING]
 
 
-def twin(report: CameraReport) -> Camera:
-    return Camera(device_of(report, "twin:file.zip", answer_times=False))
+def twin(report: CameraReport) -> DeviceGrabber:
+    return DeviceGrabber(device_of(report, "twin:file.zip", answer_times=False))
 
 
 @pytest.fixture
@@ -90,12 +90,12 @@ def test_of_a_camera_on_the_usb(report_of: ReportOf) -> None:
     bus = SimulatedBus(camera)
     camera.start()
     try:
-        report = report_of(Camera(U3vDevice(backend=bus)))
+        report = report_of(DeviceGrabber(U3vDevice(backend=bus)))
         assert not report.problems and len(report.stream.frames) == 5
         known = {each.name: each for each in report.bootstrap}
         assert known["ABRM.SERIAL_NUMBER"].data == b"SIM001".ljust(64, b"\0")
         assert known["SIRM.REQUIRED_PAYLOAD_SIZE"].length == 8 and not any(x.failure for x in known.values())
-        assert rows(twin(report)) == rows(Camera(U3vDevice(backend=bus)))
+        assert rows(twin(report)) == rows(DeviceGrabber(U3vDevice(backend=bus)))
     finally:
         camera.stop()
 
@@ -120,8 +120,8 @@ def test_of_a_webcam(report_of: ReportOf, monkeypatch: pytest.MonkeyPatch) -> No
     info = DeviceInfo("v4l2:/dev/video7", "Acme", "Eye", "7", "V4L2", "/dev/video7")
     monkeypatch.setattr(device, "find", lambda: [info])
 
-    def webcam() -> Camera:
-        return Camera(device.V4l2Device("", DeviceInfo("v4l2:"), lambda path: FakeVideo()))  # type: ignore[arg-type, return-value]
+    def webcam() -> DeviceGrabber:
+        return DeviceGrabber(device.V4l2Device("", DeviceInfo("v4l2:"), lambda path: FakeVideo()))  # type: ignore[arg-type, return-value]
 
     report = report_of(webcam(), frames=0)
     assert not report.problems
@@ -188,9 +188,9 @@ class Refusing(type(sources.create("sim:").device)):  # type: ignore[misc]
         return super().read(address, length)  # type: ignore[no-any-return]
 
 
-def refusing() -> Camera:
+def refusing() -> DeviceGrabber:
     camera = simulated()
-    assert isinstance(camera, Camera)
+    assert isinstance(camera, DeviceGrabber)
     camera.device.__class__ = Refusing
     camera.device.seen = []  # type: ignore[attr-defined]
     return camera
@@ -217,7 +217,7 @@ def test_no_register_is_read_twice_before_the_stream(report_of: ReportOf) -> Non
 
 def test_selectors_and_commands_are_left_alone(report_of: ReportOf, monkeypatch: pytest.MonkeyPatch) -> None:
     camera = simulated()
-    assert isinstance(camera, Camera)
+    assert isinstance(camera, DeviceGrabber)
     writes: list[int] = []
     write = camera.device.write
     monkeypatch.setattr(

@@ -109,9 +109,9 @@ def test_what_is_kept_of_a_run_has_an_end():
 
 @pytest.fixture
 def camera():
-    from grabbergui.driver.camera import Camera
+    from grabbergui.driver.device_grabber import DeviceGrabber
 
-    camera = Camera(SimulatedDevice(DeviceInfo("sim:"), CameraModel()))
+    camera = DeviceGrabber(SimulatedDevice(DeviceInfo("sim:"), CameraModel()))
     camera.open()
     yield camera
     camera.close()

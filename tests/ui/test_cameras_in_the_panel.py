@@ -13,7 +13,7 @@ from PyQt5.QtCore import QPoint, Qt
 from fakes import XmlDevice
 from grabbergui import sources
 from grabbergui.core.features import AccessMode, Category, Visibility
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from patience import attempts
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
@@ -109,7 +109,7 @@ def test_tour_of_a_vendors_camera(make_panel, path, caplog):
     """The panel of a real description opens in less than a second, and every section can be opened."""
     for watch in attempts(1.0, clock=time.process_time):
         device = XmlDevice(path.read_bytes())
-        camera = Camera(device)
+        camera = DeviceGrabber(device)
         with watch:
             camera.open()
             d = make_panel(camera)
@@ -140,7 +140,7 @@ def test_the_window_reads_no_register_in_its_own_thread(make_panel):
             readers.append(threading.current_thread())
             return super().read(address, length)
 
-    camera = Camera(Watched(f"{HEAD}{root}{number}{texts}</RegisterDescription>".encode()))
+    camera = DeviceGrabber(Watched(f"{HEAD}{root}{number}{texts}</RegisterDescription>".encode()))
     camera.open()
     readers.clear()
     d = make_panel(camera)

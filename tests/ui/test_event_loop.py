@@ -10,7 +10,7 @@ from PyQt5.QtCore import QTimer
 
 from benchmarks._wide_camera import create_wide, nodes, wide_description
 from fakes import XmlDevice
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim.camera_xml import camera_xml
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.feature_panel import Section
@@ -136,7 +136,7 @@ def test_no_turn_takes_100_ms_while_real_cameras_descriptions_open(warm_desk):
     def attempt():
         phases = {}
         for path in sorted(VENDORS.glob("*.xml")):
-            app.program.connection._create = lambda _, path=path: Camera(XmlDevice(path.read_bytes()))
+            app.program.connection._create = lambda _, path=path: DeviceGrabber(XmlDevice(path.read_bytes()))
             with turns_of_the_event_loop() as turns:
                 app.program.sources.connect_to("sim:")
                 app.until(lambda: app.program.connection.state is LinkState.OPEN)

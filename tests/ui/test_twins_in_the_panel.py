@@ -8,7 +8,7 @@ import pytest
 
 from fakes import XmlDevice
 from grabbergui.core.features import Category, Visibility
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.twin.device import device_of
 from grabbergui.report import collect, computer
 from grabbergui.report.collect import ReportOptions
@@ -33,8 +33,10 @@ def reachable(category: Category) -> set[str]:
 def test_tour_of_a_twin(make_panel, path, caplog, monkeypatch):
     monkeypatch.setattr(computer, "network", dict)
     monkeypatch.setattr(computer, "findings", list)
-    report = collect.report_of(Camera(XmlDevice(path.read_bytes())), ReportOptions(0), lambda step: None)
-    camera = Camera(device_of(report, "twin:file.zip", answer_times=False))
+    report = collect.report_of(
+        DeviceGrabber(XmlDevice(path.read_bytes())), ReportOptions(0), lambda step: None
+    )
+    camera = DeviceGrabber(device_of(report, "twin:file.zip", answer_times=False))
     camera.open()
     d = make_panel(camera)
     d.filled()

@@ -38,8 +38,8 @@ from grabbergui.driver.aravis.library import (
     load,
 )
 from grabbergui.driver.aravis.stream import AravisStream
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gige.bootstrap import (
     BIG_ENDIAN_MODE,
@@ -345,7 +345,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     check_address(uri, GVCP_PORT)
     load()
     info = DeviceInfo(str(uri), bus="Aravis", address=uri.name)
-    return Camera(AravisDevice(uri.name, info))
+    return DeviceGrabber(AravisDevice(uri.name, info))
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

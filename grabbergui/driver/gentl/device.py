@@ -35,9 +35,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, choose, describe, differs, require_same
 from grabbergui.core.uri import DescriptionOption, SourceUri, read_options
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.description import fetch_description
 from grabbergui.driver.device import Device, StreamRequest, with_texts
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gentl.errors import answering, opening
 from grabbergui.driver.gentl.module_registers import choose_order_mechanism
@@ -236,7 +236,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     path = _producer_file(file)
     device = GentlDevice(path, name, DeviceInfo(str(uri), bus="GenTL", address=name))
     device.description_file = options.description
-    return Camera(device)
+    return DeviceGrabber(device)
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

@@ -28,9 +28,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, describe, distinct_names, require_same
 from grabbergui.core.uri import GigeUriOptions, SourceUri, check_address, is_ip_address, read_options
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.description import fetch_description
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.genapi.cleaning import port_name
 from grabbergui.driver.gige import bootstrap, discovery, privilege
 from grabbergui.driver.gige.bootstrap import (
@@ -441,7 +441,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     device = GigeDevice(uri.name, options)
     device.description_file = chosen.description
     device.info = replace(device.info, uri=str(uri))
-    return Camera(device, deliver_incomplete=chosen.incomplete)
+    return DeviceGrabber(device, deliver_incomplete=chosen.incomplete)
 
 
 def _channel(uri: SourceUri, text: str) -> int:

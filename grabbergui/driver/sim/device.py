@@ -247,9 +247,9 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
 def create(uri: SourceUri) -> FrameGrabber:
     """Return a simulated camera of its own for each call. Raises UsageError, SourceNotFoundError."""
     # Not at the top: it loads the GenApi runtime, which a server of simulated cameras does without.
-    from grabbergui.driver.camera import Camera
+    from grabbergui.driver.device_grabber import DeviceGrabber
 
-    return Camera(create_device(uri))
+    return DeviceGrabber(create_device(uri))
 
 
 def create_device(uri: SourceUri) -> SimulatedDevice:

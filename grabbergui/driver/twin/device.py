@@ -149,13 +149,13 @@ class TwinStream:
 def create(uri: SourceUri) -> FrameGrabber:
     """Return the camera of a report. Raises UsageError, MissingFileError."""
     # Not at the top: it loads the GenApi runtime, which `simulate` needs later.
-    from grabbergui.driver.camera import Camera
+    from grabbergui.driver.device_grabber import DeviceGrabber
 
     options = read_options(TwinOptions, uri)
     if not uri.name:
         raise UsageError("write a report's file, as in twin:camera.zip; `grabbergui report` makes it")
     path = find_file(expanded(uri.name), "camera report")
-    return Camera(device_of(load(path), str(uri), answer_times=options.answer_times))
+    return DeviceGrabber(device_of(load(path), str(uri), answer_times=options.answer_times))
 
 
 def load(path: Path) -> CameraReport:

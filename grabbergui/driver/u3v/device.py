@@ -28,8 +28,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_same
 from grabbergui.core.uri import SourceUri, U3vOptions, read_options
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import DataLayout, Device, StreamRequest, with_texts
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.u3v import bootstrap
 from grabbergui.driver.u3v.bootstrap import Abrm, Eirm, Sbrm, Sirm, StreamRequirements, read_description
 from grabbergui.driver.u3v.device_clock import DeviceClock
@@ -326,7 +326,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     )
     device.info = replace(device.info, uri=str(uri))
     device.description_file = options.description
-    return Camera(device)
+    return DeviceGrabber(device)
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

@@ -33,8 +33,8 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo, require_one, require_same, unit
 from grabbergui.core.uri import NoOptions, SourceUri, read_options
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import Device, FrameCounter, StreamRequest, deliver_or_log
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import (
     COMPRESSED,
@@ -360,7 +360,7 @@ class V4l2Stream:
 def create(uri: SourceUri) -> FrameGrabber:
     """Return the webcam of a URI, without opening it. Raises UsageError."""
     read_options(NoOptions, uri)
-    return Camera(V4l2Device(uri.name, DeviceInfo(str(uri), bus="V4L2", address=uri.name)))
+    return DeviceGrabber(V4l2Device(uri.name, DeviceInfo(str(uri), bus="V4L2", address=uri.name)))
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

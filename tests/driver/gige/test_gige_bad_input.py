@@ -16,7 +16,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.core.grabber import ConnectionState, FrameGrabber
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.bootstrap import FIRST_URL, SECOND_URL
 from grabbergui.driver.gige.device import GigeDevice
@@ -93,7 +93,7 @@ def test_a_payload_beyond_reason_takes_no_memory(
 # -- strangers ---------------------------------------------------------------------------------------
 def test_a_stranger_cannot_put_images_into_the_stream(grabber: FrameGrabber) -> None:
     grabber.open()
-    assert isinstance(grabber, Camera) and isinstance(grabber.device, GigeDevice)
+    assert isinstance(grabber, DeviceGrabber) and isinstance(grabber.device, GigeDevice)
     frames = grabber.open_queue(60)
     grabber.start()
     frames.get(PATIENCE)
@@ -173,7 +173,7 @@ def test_answers_of_others_to_our_commands_are_not_taken(
 ) -> None:
     """Acknowledges with every id, from another address, while we ask."""
     grabber.open()
-    assert isinstance(grabber, Camera) and isinstance(grabber.device, GigeDevice)
+    assert isinstance(grabber, DeviceGrabber) and isinstance(grabber.device, GigeDevice)
     link = grabber.device._link
     assert link is not None
     target = link._socket.getsockname()

@@ -19,7 +19,7 @@ from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.grabber import Access
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis import library
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.gige import quirks
 from grabbergui.driver.gige.bootstrap import GvcpCapability
 from grabbergui.driver.gige.device import GigeDevice, create
@@ -61,15 +61,15 @@ def served(odd: Deviations) -> Iterator[GigeCamera]:
 
 
 @pytest.fixture
-def camera(served: GigeCamera) -> Iterator[Camera]:
+def camera(served: GigeCamera) -> Iterator[DeviceGrabber]:
     grabber = create(SourceUri.parse(f"gige:{ADDRESS}"))
-    assert isinstance(grabber, Camera)
+    assert isinstance(grabber, DeviceGrabber)
     with closing(grabber):
         grabber.open(Access.CONTROL)
         yield grabber
 
 
-def test_values_are_those_of_the_camera(served: GigeCamera, camera: Camera, odd: Deviations) -> None:
+def test_values_are_those_of_the_camera(served: GigeCamera, camera: DeviceGrabber, odd: Deviations) -> None:
     model = served.model.memory
     assert camera.feature("Width").value == model.integer(reg.WIDTH)
     assert camera.feature("DeviceSerialNumber").value == served.serial
@@ -89,7 +89,7 @@ def test_values_are_those_of_the_camera(served: GigeCamera, camera: Camera, odd:
 
 
 @pytest.mark.parametrize("odd", [ORDERS["little-endian"]])
-def test_it_streams(served: GigeCamera, camera: Camera) -> None:
+def test_it_streams(served: GigeCamera, camera: DeviceGrabber) -> None:
     with closing(camera.open_queue(2)) as queue:
         camera.start()
         assert queue.get(5.0).width == served.model.memory.integer(reg.WIDTH)

@@ -11,7 +11,7 @@ import pytest
 
 from grabbergui.core.errors import AccessDeniedError, AckTimeoutError, DeviceLostError
 from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.gige import control_link, privilege
 from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege, GvcpCapability
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming
@@ -25,7 +25,7 @@ from patience import PATIENCE, until
 
 def test_another_program_in_control_is_noticed_and_named() -> None:
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.1")) as simulated:
-        camera = Camera(GigeDevice(simulated.address))
+        camera = DeviceGrabber(GigeDevice(simulated.address))
         states: queue.Queue[tuple[ConnectionState, str]] = queue.Queue()
         camera.open()
         camera.connection_changed.connect(lambda state, why: states.put((state, why)))
@@ -45,7 +45,7 @@ def test_a_refused_write_notices_that_control_is_gone(monkeypatch: pytest.Monkey
     """A camera that restarted between two beats is lost, not controlled by another application."""
     monkeypatch.setattr(Pulse, "for_timeout", lambda timeout_ms: Pulse(period=1.5))
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.7")) as simulated:
-        camera = Camera(GigeDevice(simulated.address))
+        camera = DeviceGrabber(GigeDevice(simulated.address))
         states: queue.Queue[ConnectionState] = queue.Queue()
         camera.open()
         camera.write_feature("ExposureTime", 1500.0)
@@ -114,7 +114,7 @@ def test_a_camera_that_is_gone_is_closed_at_once(monkeypatch: pytest.MonkeyPatch
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.8")) as simulated:
         name = simulated.serial if named else simulated.address
         device = GigeDevice(name, GigeOptions(search_timeout=4 * PATIENCE if named else 1.0))
-        camera = Camera(device)
+        camera = DeviceGrabber(device)
         camera.open()
         patient = ControlTiming(ack_timeout=4 * PATIENCE, tries=1)
         monkeypatch.setattr(control_link, "ControlChannel", lambda timing: ControlChannel(timing or patient))
@@ -134,7 +134,7 @@ def test_a_camera_that_was_closed_during_an_attempt_can_be_opened_again() -> Non
         device.interrupt()
         with pytest.raises(DeviceLostError, match="was closed while it was opened"):
             device.open(Access.CONTROL)
-        with closing(Camera(device)) as camera:
+        with closing(DeviceGrabber(device)) as camera:
             camera.open()
             assert simulated.control.controlled
         assert not simulated.control.controlled
@@ -142,7 +142,7 @@ def test_a_camera_that_was_closed_during_an_attempt_can_be_opened_again() -> Non
 
 def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.3")) as simulated:
-        first, second = (Camera(GigeDevice(simulated.address)) for _ in range(2))
+        first, second = (DeviceGrabber(GigeDevice(simulated.address)) for _ in range(2))
         states: queue.Queue[tuple[ConnectionState, str]] = queue.Queue()
         with closing(first), closing(second):
             first.open()
@@ -169,7 +169,7 @@ def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
 def test_what_another_program_changed_is_named_when_control_is_back_and_left_so() -> None:
     """What was set here is set again; of the rest, what was known here is compared."""
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.9")) as simulated:
-        first, second = (Camera(GigeDevice(simulated.address)) for _ in range(2))
+        first, second = (DeviceGrabber(GigeDevice(simulated.address)) for _ in range(2))
         back: queue.Queue[str] = queue.Queue()
         with closing(first), closing(second):
             first.open()
@@ -197,7 +197,7 @@ def test_control_is_not_taken_from_one_who_does_not_offer_it() -> None:
     with (
         closing(GigeCamera(address)),
         closing(ControlLink(address)) as holder,
-        closing(Camera(GigeDevice(address))) as camera,
+        closing(DeviceGrabber(GigeDevice(address))) as camera,
     ):
         holder.execute(WriteReg(((BootstrapRegister.CCP, ControlPrivilege.CONTROL),)))
         with pytest.raises(AccessDeniedError, match="this program controls"):

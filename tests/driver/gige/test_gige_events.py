@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from grabbergui import sources
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
 from grabbergui.driver.gige.bootstrap import BootstrapRegister
 from grabbergui.driver.gige.device import GigeDevice
@@ -166,7 +166,7 @@ def test_of_events_beyond_the_limit_the_oldest_are_dropped_with_a_warning(
 class Listener:
     """An open camera, the events that it sent, and the features that changed with them."""
 
-    def __init__(self, camera: Camera) -> None:
+    def __init__(self, camera: DeviceGrabber) -> None:
         self.camera = camera
         self.events: queue.Queue[DeviceEvent] = queue.Queue()
         self.changed: set[str] = set()
@@ -182,7 +182,7 @@ class Listener:
 def test_an_event_arrives_in_the_node_map(kind: str, simulate: Callable[..., GigeCamera]) -> None:
     uri = "sim:?width=64&height=48&fps=50" if kind == "sim" else f"gige:{simulate().address}"
     camera = sources.create(uri)
-    assert isinstance(camera, Camera)
+    assert isinstance(camera, DeviceGrabber)
     camera.open()
     with closing(camera):
         listener = Listener(camera)
@@ -204,7 +204,7 @@ def test_opening_a_message_channel_waits_for_an_event_to_be_wanted(
     simulate: Callable[..., GigeCamera],
 ) -> None:
     simulated = simulate()
-    camera = Camera(GigeDevice(simulated.address))
+    camera = DeviceGrabber(GigeDevice(simulated.address))
     camera.open()
     with closing(camera):
         camera.start()
@@ -217,7 +217,7 @@ def test_opening_a_message_channel_waits_for_an_event_to_be_wanted(
 def test_an_event_that_was_left_switched_on_is_heard(simulate: Callable[..., GigeCamera]) -> None:
     simulated = simulate()
     simulated.model.memory.set(reg.EVENT_NOTIFICATION[EventSelector.FRAME_START], 1)
-    camera = Camera(GigeDevice(simulated.address))
+    camera = DeviceGrabber(GigeDevice(simulated.address))
     camera.open()
     with closing(camera):
         listener = Listener(camera)
@@ -227,7 +227,7 @@ def test_an_event_that_was_left_switched_on_is_heard(simulate: Callable[..., Gig
 
 def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera]) -> None:
     simulated = simulate()
-    camera = Camera(GigeDevice(simulated.address))
+    camera = DeviceGrabber(GigeDevice(simulated.address))
     camera.open()
     with closing(camera):
         listener = Listener(camera)
@@ -240,7 +240,7 @@ def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera
 
 def test_events_go_on_after_a_reboot(simulate: Callable[..., GigeCamera]) -> None:
     simulated = simulate()
-    camera = Camera(GigeDevice(simulated.address))
+    camera = DeviceGrabber(GigeDevice(simulated.address))
     states: queue.Queue[ConnectionState] = queue.Queue()
     camera.open()
     with closing(camera):
@@ -263,7 +263,7 @@ def test_a_camera_without_events_is_left_alone(aravis_camera: Any) -> None:
 
 def test_events_of_a_camera_that_others_wrote(viva_camera: Any) -> None:
     """It asks for no acknowledge and claims no capability for events, but has a message channel."""
-    camera = Camera(GigeDevice("127.0.0.1"))
+    camera = DeviceGrabber(GigeDevice("127.0.0.1"))
     camera.open()
     with closing(camera):
         listener = Listener(camera)

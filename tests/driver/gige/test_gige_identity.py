@@ -13,7 +13,7 @@ from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, OtherCameraError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.gige import bootstrap, device
 from grabbergui.driver.gige.address_commands import force_ip
 from grabbergui.driver.gige.device import GigeDevice
@@ -97,7 +97,7 @@ def test_another_camera_at_the_named_address_is_refused_and_named_until_the_same
     ip = address()
     first = simulate(ip)
     grabber = sources.create(f"gige:{ip}")
-    assert isinstance(grabber, Camera)
+    assert isinstance(grabber, DeviceGrabber)
     reported: list[tuple[ConnectionState, str]] = []
     grabber.connection_changed.connect(lambda state, reason: reported.append((state, reason)))
     with closing(grabber):

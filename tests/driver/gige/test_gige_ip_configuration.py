@@ -12,7 +12,7 @@ from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import Access
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.address_commands import (
     check_addresses,
@@ -58,7 +58,7 @@ def test_the_same_is_in_the_cameras_features(camera: GigeCamera) -> None:
         grabber.write_feature("GevPersistentIPAddress", 0x7F000063)
         grabber.write_feature("GevPersistentSubnetMask", 0xFF000000)
         grabber.write_feature("GevCurrentIPConfigurationPersistentIP", True)
-        assert isinstance(grabber, Camera)
+        assert isinstance(grabber, DeviceGrabber)
         configuration = read_configuration(grabber.device)
     assert (configuration.persistent_ip, configuration.persistent_mask) == ("127.0.0.99", "255.0.0.0")
     assert configuration.ways == 7

@@ -11,7 +11,7 @@ from grabbergui import sources
 from grabbergui.core.errors import DeviceLostError, GrabberError, TransportError
 from grabbergui.core.file_access import list_files, read_file, write_file
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.sim import registers as reg
@@ -42,7 +42,7 @@ class MainsDevice(SimulatedDevice):
 
 
 def switched_on(store):
-    camera = Camera(MainsDevice(DeviceInfo("sim:"), CameraModel(files=store)))
+    camera = DeviceGrabber(MainsDevice(DeviceInfo("sim:"), CameraModel(files=store)))
     camera.open()
     return camera
 

@@ -20,7 +20,7 @@ from grabbergui.cli import features as features_command
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.driver.acquisition import NOT_SETTINGS
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.device import device_of
 from grabbergui.driver.twin.report_file import CameraReport
@@ -65,19 +65,19 @@ CASES = [
 
 
 @pytest.fixture
-def report_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[Camera], CameraReport]:
+def report_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[DeviceGrabber], CameraReport]:
     monkeypatch.setattr(computer, "network", lambda: {"interfaces": [], "discovery": []})
     monkeypatch.setattr(computer, "findings", list)
 
-    def make(camera: Camera) -> CameraReport:
+    def make(camera: DeviceGrabber) -> CameraReport:
         report = collect.report_of(camera, ReportOptions(5, seconds=2), lambda step: None)
         return report_file.decode(report_file.encode(report))
 
     return make
 
 
-def twin(report: CameraReport) -> Camera:
-    return Camera(device_of(report, "twin:file.zip", answer_times=False))
+def twin(report: CameraReport) -> DeviceGrabber:
+    return DeviceGrabber(device_of(report, "twin:file.zip", answer_times=False))
 
 
 def printed(feature: Feature) -> str:
@@ -102,12 +102,12 @@ def ends(feature: Feature) -> Iterator[FeatureValue]:
 
 @pytest.mark.parametrize(("path", "kind"), CASES, ids=lambda value: getattr(value, "stem", value))
 def test_a_twin_is_like_its_original_and_can_be_used(
-    report_of: Callable[[Camera], CameraReport], path: Path, kind: str
+    report_of: Callable[[DeviceGrabber], CameraReport], path: Path, kind: str
 ) -> None:
     original = KINDS[kind](path.read_bytes())
-    report = report_of(Camera(original))
+    report = report_of(DeviceGrabber(original))
     assert len(report.registers) > 20 and report.features
-    with closing(Camera(KINDS[kind](path.read_bytes()))) as camera, closing(twin(report)) as copy:
+    with closing(DeviceGrabber(KINDS[kind](path.read_bytes()))) as camera, closing(twin(report)) as copy:
         camera.open()
         copy.open()
         for one, other in zip(camera.features(), copy.features(), strict=True):

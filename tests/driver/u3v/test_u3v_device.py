@@ -13,8 +13,8 @@ from grabbergui.core import frame as frame_module
 from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import EVENT_ID_BASE, EventSelector
 from grabbergui.driver.u3v.bootstrap import Abrm
@@ -24,7 +24,7 @@ from patience import PATIENCE, until
 
 def test_fifty_frames_arrive_whole(plug_in) -> None:
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     queue = camera.open_queue(50)
     camera.start()
@@ -50,7 +50,7 @@ def test_fifty_frames_arrive_whole(plug_in) -> None:
 def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in, monkeypatch) -> None:
     monkeypatch.setattr(frame_module, "MOST_BUFFERS", 32)
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     queue = camera.open_queue(64)
     camera.start()
@@ -64,7 +64,7 @@ def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in,
 @pytest.mark.parametrize("error", [ValueError("consumer"), PixelFormatError("consumer")])
 def test_a_consumer_that_fails_ends_neither_stream_nor_connection(plug_in, caplog, error) -> None:
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     states: list[ConnectionState] = []
     camera.open()
     camera.connection_changed.connect(lambda state, reason: states.append(state))
@@ -85,7 +85,7 @@ def test_a_consumer_that_fails_ends_neither_stream_nor_connection(plug_in, caplo
 
 def test_a_frame_larger_than_a_transfer_is_put_together_without_a_copy(plug_in) -> None:
     _, device = plug_in(width=1224, height=1024, largest_transfer=65536)
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     frames = grab(camera, 3)
     camera.close()
@@ -99,7 +99,7 @@ def test_a_frame_larger_than_a_transfer_is_put_together_without_a_copy(plug_in) 
 
 def test_time_stamps_are_on_the_hosts_clock(plug_in) -> None:
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     before = time.time_ns()
     frames = grab(camera, 5)
@@ -161,7 +161,7 @@ def test_a_camera_whose_clock_makes_no_sense_is_not_lost(plug_in, monkeypatch) -
 
     monkeypatch.setattr(simulated.registers, "read", cut_short)
     device.on_lost = lost.append
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     assert len(grab(camera, 3)) == 3
     camera.close()
@@ -176,7 +176,7 @@ def test_a_camera_that_refuses_to_be_halted_streams(plug_in, monkeypatch) -> Non
         return None if (request_type, request) == (0x02, 3) else answer(request_type, request, value, index)
 
     monkeypatch.setattr(simulated, "control_request", stubborn)
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     assert len(grab(camera, 3)) == 3
     camera.close()
@@ -184,7 +184,7 @@ def test_a_camera_that_refuses_to_be_halted_streams(plug_in, monkeypatch) -> Non
 
 def test_features_are_read_and_written(plug_in) -> None:
     simulated, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     assert camera.write_feature("ExposureTime", 2500).value == 2500.0
     assert simulated.model.memory.number(reg.EXPOSURE_TIME) == 2500.0
@@ -235,7 +235,7 @@ def test_events_reach_the_node_map_packet_by_packet(plug_in) -> None:
 @pytest.mark.parametrize("alignment", [1, 4, 1024, 4096])
 def test_a_strict_camera_of_any_alignment_streams(plug_in, alignment: int) -> None:
     _, device = plug_in(width=72, height=50, alignment=alignment, strict=True)
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     frames = grab(camera, 3)
     camera.close()
@@ -244,7 +244,7 @@ def test_a_strict_camera_of_any_alignment_streams(plug_in, alignment: int) -> No
 
 def test_chunks_lie_behind_the_image(plug_in) -> None:
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     camera.write_feature("ChunkModeActive", True)
     frame = grab(camera, 2)[1]
@@ -257,7 +257,7 @@ def test_chunks_lie_behind_the_image(plug_in) -> None:
 
 def test_chunks_are_values_of_the_frame(plug_in) -> None:
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     camera.write_feature("ChunkModeActive", True)
     camera.write_feature("ExposureTime", 1500.0)
@@ -272,7 +272,7 @@ def test_chunks_are_values_of_the_frame(plug_in) -> None:
 
 def test_events_are_features_and_a_signal(plug_in) -> None:
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     reported: list[DeviceEvent] = []
     camera.event_received.connect(reported.append)
     camera.open()

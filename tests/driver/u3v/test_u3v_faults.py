@@ -17,8 +17,8 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.u3v import device as simulated_device
 from grabbergui.driver.sim.u3v.device import U3vFaults
@@ -51,7 +51,7 @@ def test_halts_that_a_former_host_left_are_cleared(plug_in) -> None:
     simulated, device = plug_in()
     simulated.pipes[CONTROL_IN].set_halt()
     simulated.pipes[STREAM_IN].set_halt()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     assert len(grab(camera, 3)) == 3
     camera.close()
@@ -59,7 +59,7 @@ def test_halts_that_a_former_host_left_are_cleared(plug_in) -> None:
 
 def test_a_stream_that_a_former_host_left_on_is_taken_over(plug_in) -> None:
     simulated, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     simulated.registers.stream_enabled = True
     assert len(grab(camera, 3)) == 3
@@ -75,7 +75,7 @@ def test_a_stale_answer_is_dropped(plug_in) -> None:
 
 def test_stalls_are_cleared_and_the_stream_goes_on(plug_in) -> None:
     _, device = plug_in(U3vFaults(stall_every=5))
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     frames = grab(camera, 20)
     statistics = camera.statistics()
@@ -93,7 +93,7 @@ def test_ids_that_jump_far_ahead_are_no_lost_frames(plug_in, monkeypatch: pytest
 
     monkeypatch.setattr(simulated_device, "Leader", jumping)
     _, device = plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     assert len(grab(camera, 12)) == 12
     assert 0 < camera.statistics().lost < 1000
@@ -121,7 +121,7 @@ def test_short_frames_are_counted_or_delivered_as_such(plug_in) -> None:
 
 def test_frames_that_end_early_are_complete_and_lower(plug_in) -> None:
     _, device = plug_in(U3vFaults(early_every=1), width=256, height=32)
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     frames = grab(camera, 10)
     camera.close()
@@ -130,7 +130,7 @@ def test_frames_that_end_early_are_complete_and_lower(plug_in) -> None:
 
 def test_unplugging_while_streaming_is_reported_once_and_the_camera_returns(plug_in) -> None:
     simulated, device = plug_in(U3vFaults(unplug_after_frames=10))
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     states: list[ConnectionState] = []
     camera.connection_changed.connect(lambda state, reason: states.append(state))
     camera.open()
@@ -140,7 +140,7 @@ def test_unplugging_while_streaming_is_reported_once_and_the_camera_returns(plug
     assert states.count(ConnectionState.LOST) == 1
     simulated.faults.unplug_after_frames = 0
     simulated.plug_in()
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     assert len(grab(camera, 3)) == 3
     camera.close()

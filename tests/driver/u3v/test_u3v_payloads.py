@@ -8,7 +8,7 @@ from u3v_frames import grab
 
 from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.sim.contents import range_image
 from grabbergui.driver.sim.settings import settings_of
 
@@ -16,7 +16,7 @@ from grabbergui.driver.sim.settings import settings_of
 @pytest.mark.parametrize("chunks", [False, True], ids=["", "chunks"])
 def test_the_components_of_a_gendc_container(plug_in, chunks) -> None:
     simulated, device = plug_in(width=72, height=50)
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     camera.write_feature("ComponentSelector", "Range")
     camera.write_feature("ComponentEnable", True)
@@ -38,7 +38,7 @@ def test_the_components_of_a_gendc_container(plug_in, chunks) -> None:
 
 def test_chunks_alone(plug_in) -> None:
     _, device = plug_in(width=72, height=50)
-    camera = Camera(device)
+    camera = DeviceGrabber(device)
     camera.open()
     camera.write_feature("ChunkModeActive", True)
     camera.write_feature("PayloadType", "ChunkOnly")

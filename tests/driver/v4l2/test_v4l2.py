@@ -31,8 +31,8 @@ from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role
-from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.genapi.cleaning import clean_xml
 from grabbergui.driver.genapi.loading import load
 from grabbergui.driver.v4l2 import device as v4l2_device
@@ -61,15 +61,15 @@ def video() -> FakeVideo:
 
 
 @pytest.fixture
-def camera(video: FakeVideo, monkeypatch: pytest.MonkeyPatch) -> Iterator[Camera]:
+def camera(video: FakeVideo, monkeypatch: pytest.MonkeyPatch) -> Iterator[DeviceGrabber]:
     monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
-    camera = Camera(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera = DeviceGrabber(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
     camera.open()
     yield camera
     camera.close()
 
 
-def test_the_webcam_reports_its_identity(camera: Camera) -> None:
+def test_the_webcam_reports_its_identity(camera: DeviceGrabber) -> None:
     assert camera.info.title == "Acme Eye 7" and camera.info.uri == "v4l2:"
     assert camera.feature("DeviceSerialNumber").value == "7"
     assert [category.name for category in camera.feature_tree().members][:3] == [  # type: ignore[union-attr]
@@ -77,7 +77,7 @@ def test_the_webcam_reports_its_identity(camera: Camera) -> None:
     ]  # fmt: skip
 
 
-def test_exposure_is_in_microseconds(camera: Camera, video: FakeVideo) -> None:
+def test_exposure_is_in_microseconds(camera: DeviceGrabber, video: FakeVideo) -> None:
     exposure = camera.feature("ExposureTime")
     assert (exposure.value, exposure.unit, exposure.kind) == (10_000.0, "us", FeatureKind.FLOAT)
     assert (exposure.minimum, exposure.maximum, exposure.auto) == (300.0, 204_700.0, "ExposureAuto")
@@ -85,14 +85,14 @@ def test_exposure_is_in_microseconds(camera: Camera, video: FakeVideo) -> None:
     assert video.values[EXPOSURE] == 50
 
 
-def test_writing_a_value_switches_its_automatic_mode_off(camera: Camera, video: FakeVideo) -> None:
+def test_writing_a_value_switches_its_automatic_mode_off(camera: DeviceGrabber, video: FakeVideo) -> None:
     camera.write_feature("ExposureAuto", "Continuous")
     assert video.values[EXPOSURE_AUTO] == 3 and video.locked(EXPOSURE)
     camera.write_feature("ExposureTime", 20_000)
     assert (video.values[EXPOSURE_AUTO], video.values[EXPOSURE]) == (1, 200)
 
 
-def test_menus_switches_and_buttons_are_features(camera: Camera, video: FakeVideo) -> None:
+def test_menus_switches_and_buttons_are_features(camera: DeviceGrabber, video: FakeVideo) -> None:
     power = camera.feature("PowerLineFrequency")
     assert [entry.name for entry in power.entries] == ["Disabled", "N50Hz", "N60Hz"]
     assert [entry.display_name for entry in power.entries] == ["Disabled", "50 Hz", "60 Hz"]
@@ -103,17 +103,17 @@ def test_menus_switches_and_buttons_are_features(camera: Camera, video: FakeVide
     assert RESET in video.values
 
 
-def test_two_controls_of_one_name_are_two_features(camera: Camera, video: FakeVideo) -> None:
+def test_two_controls_of_one_name_are_two_features(camera: DeviceGrabber, video: FakeVideo) -> None:
     camera.write_feature("Gain2", -3)
     assert video.values[0x0098F900] == -3 and camera.feature("Gain").value == 0
 
 
-def test_roles_are_found(camera: Camera) -> None:
+def test_roles_are_found(camera: DeviceGrabber) -> None:
     found = {role: camera.role(role) for role in (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)}
     assert list(found.values()) == ["ExposureTime", "Gain", "AcquisitionFrameRate"]
 
 
-def test_formats_sizes_and_rates(camera: Camera, video: FakeVideo) -> None:
+def test_formats_sizes_and_rates(camera: DeviceGrabber, video: FakeVideo) -> None:
     formats = camera.feature("PixelFormat")
     assert [entry.name for entry in formats.entries] == ["YUV422_8", "MJPG", "Mono8"]
     assert (camera.feature("AcquisitionFrameRate").maximum, camera.feature("Width").value) == (30.0, 640)
@@ -129,7 +129,7 @@ def test_formats_sizes_and_rates(camera: Camera, video: FakeVideo) -> None:
 @pytest.mark.parametrize(
     ("name", "shape"), [("Mono8", (480, 640)), ("YUV422_8", (480, 640, 2)), ("MJPG", (480, 640, 3))]
 )
-def test_frames_arrive_in_every_format(camera: Camera, name: str, shape: tuple[int, ...]) -> None:
+def test_frames_arrive_in_every_format(camera: DeviceGrabber, name: str, shape: tuple[int, ...]) -> None:
     camera.write_feature("PixelFormat", name)
     queue = camera.open_queue()
     camera.start()
@@ -140,7 +140,7 @@ def test_frames_arrive_in_every_format(camera: Camera, name: str, shape: tuple[i
     assert np.corrcoef(ramp, np.arange(640))[0, 1] > 0.99
 
 
-def test_a_format_is_changed_while_it_streams(camera: Camera) -> None:
+def test_a_format_is_changed_while_it_streams(camera: DeviceGrabber) -> None:
     queue = camera.open_queue()
     camera.start()
     queue.get(PATIENCE)
@@ -155,7 +155,7 @@ def test_one_that_was_left_in_a_format_that_cannot_be_shown_is_opened_and_says_s
 ) -> None:
     monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
     video.code = "XYZ9"
-    camera = Camera(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera = DeviceGrabber(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
     with closing(camera):
         camera.open()
         with pytest.raises(TransportError, match="XYZ9, which cannot be shown; choose another PixelFormat"):
@@ -176,7 +176,7 @@ def test_frames_for_which_no_buffer_is_free_are_counted_once(video: FakeVideo) -
 
 
 def test_frames_of_a_driver_without_that_clock_have_the_time_of_their_arrival(
-    camera: Camera, video: FakeVideo
+    camera: DeviceGrabber, video: FakeVideo
 ) -> None:
     video.stamp = lambda: 0
     queue = camera.open_queue()
@@ -186,7 +186,7 @@ def test_frames_of_a_driver_without_that_clock_have_the_time_of_their_arrival(
     assert frame.timestamp_ns == 0 and before <= frame.received_ns <= time.time_ns()
 
 
-def test_a_broken_image_costs_only_itself(camera: Camera, video: FakeVideo) -> None:
+def test_a_broken_image_costs_only_itself(camera: DeviceGrabber, video: FakeVideo) -> None:
     camera.write_feature("PixelFormat", "MJPG")
     whole = video.image()
     size = whole.index(b"\xff\xc0") + 5  # in the frame's header
@@ -236,7 +236,7 @@ def test_a_device_that_is_unplugged_between_two_calls_of_its_stream_says_so(
 
 
 def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
-    camera: Camera, video: FakeVideo, monkeypatch: pytest.MonkeyPatch
+    camera: DeviceGrabber, video: FakeVideo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     states: list[ConnectionState] = []
     camera.connection_changed.connect(lambda state, why: states.append(state))
@@ -253,7 +253,7 @@ def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
 
 
 def test_a_webcam_that_is_unplugged_without_a_stream_comes_back_as_it_was(
-    camera: Camera, video: FakeVideo
+    camera: DeviceGrabber, video: FakeVideo
 ) -> None:
     states: list[ConnectionState] = []
     camera.connection_changed.connect(lambda state, why: states.append(state))
@@ -268,7 +268,7 @@ def test_a_webcam_that_is_unplugged_without_a_stream_comes_back_as_it_was(
 
 
 def test_a_webcam_is_opened_again_although_another_is_the_first_now(
-    camera: Camera, monkeypatch: pytest.MonkeyPatch
+    camera: DeviceGrabber, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = replace(INFO, uri="v4l2:/dev/video0", serial="8", address="/dev/video0", hardware_id="usb-2")
     camera.close()
@@ -284,7 +284,7 @@ def test_a_webcam_is_opened_again_although_another_is_the_first_now(
 def test_no_webcam_is_an_error_that_says_what_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
     with pytest.raises(SourceNotFoundError, match=r"/dev/video9.*found: /dev/video7"):
-        Camera(V4l2Device("/dev/video9", DeviceInfo("v4l2:/dev/video9"))).open()
+        DeviceGrabber(V4l2Device("/dev/video9", DeviceInfo("v4l2:/dev/video9"))).open()
 
 
 @pytest.mark.parametrize("name", ["/dev/video7", "video7", "7", "usb-1", "eye"])
@@ -292,7 +292,7 @@ def test_it_is_found_by_each_of_its_names(
     name: str, video: FakeVideo, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
-    camera = Camera(V4l2Device(name, DeviceInfo(f"v4l2:{name}"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera = DeviceGrabber(V4l2Device(name, DeviceInfo(f"v4l2:{name}"), lambda path: video))  # type: ignore[arg-type, return-value]
     camera.open()
     try:
         assert (camera.info.model, camera.info.uri) == ("Eye", f"v4l2:{name}")
@@ -300,7 +300,7 @@ def test_it_is_found_by_each_of_its_names(
         camera.close()
 
 
-def test_a_locked_setting_is_not_written(camera: Camera) -> None:
+def test_a_locked_setting_is_not_written(camera: DeviceGrabber) -> None:
     with pytest.raises(FeatureAccessError):
         camera.write_feature("DeviceSerialNumber", "8")
 
@@ -319,7 +319,7 @@ def test_the_automatic_exposure_can_be_switched_on_whatever_the_driver_calls_it(
     mode = Control(EXPOSURE_AUTO, "Auto Exposure", ControlKind.MENU, 0, 3, 1, menu)
     monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
     monkeypatch.setattr(video, "controls", lambda: [mode])
-    camera = Camera(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera = DeviceGrabber(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
     camera.open()
     try:
         assert [entry.name for entry in camera.feature("ExposureAuto").entries] == entries

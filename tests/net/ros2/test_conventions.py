@@ -300,7 +300,7 @@ def test_rosout_carries_warnings_and_errors(domain, probe):
     from rclpy.qos import DurabilityPolicy, QoSProfile
 
     with Ros2GrabberServer(ScriptedGrabber(), "/front/noisy"):
-        log = logging.getLogger("grabbergui.driver.camera")
+        log = logging.getLogger("grabbergui.driver.device_grabber")
         log.warning("frames are being %s", "lost")
         log.warning("%s cannot be read", "caf\udce9.yaml")  # as a file name in Latin-1 is
         log.error("the camera is gone")

@@ -9,7 +9,7 @@ if __name__ == "__main__":
     if "CLOSED" in os.environ:
         servo_process.main()
     else:
-        import grabbergui.driver.camera
+        import grabbergui.driver.device_grabber
         import grabbergui.driver.sim.device
         import grabbergui.servo.closed_loop  # noqa: F401
 

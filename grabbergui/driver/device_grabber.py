@@ -36,7 +36,7 @@ _EVENT_SWITCH = "EventNotification"
 """Beginning of the names of features that switch events on: one with a selector, or one an event."""
 
 
-class Camera(ReconnectingGrabber):
+class DeviceGrabber(ReconnectingGrabber):
     """A local camera on any transport. Thread-safe; feature calls are serialised.
 
     A lost camera is opened again as soon as it answers. All settings made since it was first opened are

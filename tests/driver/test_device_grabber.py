@@ -17,7 +17,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access
 from grabbergui.core.settings import SettingKey
-from grabbergui.driver.camera import Camera
+from grabbergui.driver.device_grabber import DeviceGrabber
 from grabbergui.driver.genapi.node_features import NodeFeature
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from patience import PATIENCE, attempts
@@ -324,7 +324,7 @@ def test_closing_ends_every_thread_and_may_be_done_twice():
     before = set(threading.enumerate())
     for _ in range(3):
         grabber = sources.create("sim:")
-        assert isinstance(grabber, Camera)
+        assert isinstance(grabber, DeviceGrabber)
         grabber.open()
         queue = grabber.open_queue()
         grabber.start()
