@@ -82,7 +82,7 @@ translations: setup
 # The manual as a site, in build/site; warnings are errors.
 docs: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]'
-	$(BIN)/python -m grabbergui.cli.reference
+	$(BIN)/python scripts/reference.py
 	$(BIN)/mkdocs build --quiet
 
 bench: setup

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import reference
+from grabbergui.cli.sources_help import sources_help
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri, option_rows, read_options
 from grabbergui.driver.sim import device as simulated
 from grabbergui.sources import SourceKind
+from scripts import reference
 
 ROOT = Path(__file__).parents[1]
 KINDS = list(SourceKind)
@@ -18,7 +19,7 @@ KINDS = list(SourceKind)
 @pytest.mark.parametrize("file", list(reference.files()), ids=lambda file: file.name)
 def test_what_is_made_from_the_program_is_current(file):
     assert file.is_relative_to(ROOT)
-    assert file.read_text("utf-8") == reference.files()[file], "run `python -m grabbergui.cli.reference`"
+    assert file.read_text("utf-8") == reference.files()[file], "run `python scripts/reference.py`"
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=str)
@@ -59,7 +60,7 @@ def test_the_simulated_camera_has_a_register_for_every_option():
 
 
 def test_help_lists_every_option(capsys):
-    text = reference.sources_help()
+    text = sources_help()
     for kind in SourceKind:
         assert all(f"{row.name}={row.form}" in text for row in option_rows(kind.options))
         assert all(uri in text for uri, _ in kind.forms)

@@ -263,7 +263,7 @@ class _Parser(CommandParser):
     """Ends its help with the kinds of source, which take a while to import."""
 
     def format_help(self) -> str:
-        from grabbergui.cli.reference import sources_help
+        from grabbergui.cli.sources_help import sources_help
 
         self.epilog = sources_help()
         return super().format_help()

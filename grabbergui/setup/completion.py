@@ -1,7 +1,7 @@
 """Completion in bash, zsh and fish: a short script each, which asks the program for words.
 
 `grabbergui --complete SHELL …` answers a shell. It must be quick, so it imports neither the parsers of the
-commands nor numpy: `cli.reference` makes `resources/completion/commands.json` of the parsers.
+commands nor numpy: `scripts/reference.py` makes `resources/completion/commands.json` of the parsers.
 
 The first line of an answer is a directive: `files` (complete file names), `nospace` (the word goes on) or
 `words`. Each further line is a word, with its meaning where the shell shows meanings.

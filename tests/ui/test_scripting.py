@@ -72,12 +72,6 @@ ENDS = (
 """Scripts, what their exit code is, and what they leave on stderr; the last one takes the window away."""
 
 
-def test_the_former_name_still_works_and_names_the_new_one(run, capsys):
-    with pytest.warns(DeprecationWarning, match=r"write app\.messages"):
-        assert run("print(desk.messages)") == 0
-    assert capsys.readouterr().out == "[]\n"
-
-
 def test_the_exit_code_says_how_it_went(run, capsys):
     for text, code, said in ENDS:
         assert run(text) == code, text

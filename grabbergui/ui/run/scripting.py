@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 import traceback
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType
@@ -221,17 +220,6 @@ class ScriptApi:
         self._closed = True
 
 
-class _FormerName:
-    """The object `app` under the name `desk` that it had in version 0.1."""
-
-    def __init__(self, app: ScriptApi) -> None:
-        self._app = app
-
-    def __getattr__(self, name: str) -> Any:
-        warnings.warn(f"`desk` is called `app` now: write app.{name}", DeprecationWarning, stacklevel=2)
-        return getattr(self._app, name)
-
-
 MAX_SCRIPT_BYTES = 16 << 20
 
 
@@ -254,7 +242,6 @@ def run_script(script: CodeType, program: Program) -> int:
     """
     app = ScriptApi(program)
     names: dict[str, Any] = {"__name__": "__main__", "__file__": script.co_filename, "app": app}
-    names["desk"] = _FormerName(app)
     try:
         exec(script, names)  # the script is the user's own
     except _Ended as ended:

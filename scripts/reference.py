@@ -1,7 +1,8 @@
-"""The reference of commands, options, exit codes, URIs and pixel formats, made from the program itself.
+"""Makes the reference from the program: pages of the manual, the man page, the commands for completion.
 
-`python -m grabbergui.cli.reference` writes pages of the manual, the man page and the commands for completion;
-a test holds that they are current. `sources_help` is the end of `grabbergui --help`.
+    python scripts/reference.py
+
+`tests/test_reference_document.py` checks that they are current.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import __version__
-from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options, wrapped
+from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options
 from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import FORMATS, Family, PixelFormat, SampleLayout
@@ -20,7 +21,7 @@ from grabbergui.core.uri import option_rows
 from grabbergui.setup.completion import TABLE
 from grabbergui.sources import SourceKind
 
-_MADE = "<!-- Made by `python -m grabbergui.cli.reference`; change the program instead. -->"
+_MADE = "<!-- Made by `python scripts/reference.py`; change the program instead. -->"
 _COMMANDS = f"""{_MADE}
 # Command line
 
@@ -107,22 +108,6 @@ def source_uris_page() -> str:
     return "\n".join(parts)
 
 
-def sources_help() -> str:
-    """Return the kinds of source and their options as plain text for `--help`, as wide as the terminal."""
-    forms = [form for kind in SourceKind for form in kind.forms]
-    width = max(len(uri) for uri, _ in forms) + 4
-    lines = [wrapped("sources (`grabbergui list` shows those in reach):")]
-    lines += [
-        wrapped(meaning.replace("`", ""), " " * width, f"  {uri:{width - 2}}") for uri, meaning in forms
-    ]
-    lines += ["", wrapped("options of a source, behind a question mark and joined by &:")]
-    for kind in SourceKind:
-        options = [f"{row.name}={row.form}" for row in option_rows(kind.options)]
-        if options:
-            lines.append(wrapped(" ".join(options), " " * 9, f"  {kind.value + ':':7}"))
-    return "\n".join(lines)
-
-
 def pixel_formats_page() -> str:
     """Document every format: name, code, bits, how it is unpacked, shown and how fast."""
     shown = sum(pixel_format.convertible for pixel_format in FORMATS)
@@ -191,7 +176,7 @@ def made_by(pixel_format: PixelFormat) -> str:
 def man_page() -> str:
     """Return the man page in section 1, as man(7) macros."""
     parts = [
-        '.\\" Made by `python -m grabbergui.cli.reference`; change the program instead.',
+        '.\\" Made by `python scripts/reference.py`; change the program instead.',
         f'.TH GRABBERGUI 1 "" "grabbergui {__version__}" "User Commands"',
         ".SH NAME",
         r"grabbergui \- tune GenICam cameras live, and share them on YARP and ROS 2 networks",
