@@ -14,13 +14,12 @@ from typing import Any
 
 from grabbergui import __version__
 from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options
-from grabbergui.core.environment import MANUAL, RESOURCES
 from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import FORMATS, Family, PixelFormat, SampleLayout
 from grabbergui.core.uri import option_rows
-from grabbergui.setup.completion import TABLE
 from grabbergui.sources import SourceKind
 
+ROOT = Path(__file__).resolve().parents[1]
 _MADE = "<!-- Made by `python scripts/reference.py`; change the program instead. -->"
 _COMMANDS = f"""{_MADE}
 # Command line
@@ -70,11 +69,14 @@ _FAMILIES = {
 def files() -> dict[Path, str]:
     """Return the text of every file that is made from the program."""
     return {
-        MANUAL / "command-line.md": command_line_page(),
-        MANUAL / "source-uris.md": source_uris_page(),
-        MANUAL / "reference" / "pixel-formats.md": pixel_formats_page(),
-        RESOURCES / "man" / "grabbergui.1": man_page(),
-        TABLE: to_json(completion_table(), indent=1, ascii_only=False) + "\n",
+        ROOT / "docs" / "command-line.md": command_line_page(),
+        ROOT / "docs" / "source-uris.md": source_uris_page(),
+        ROOT / "docs" / "reference" / "pixel-formats.md": pixel_formats_page(),
+        ROOT / "resources" / "man" / "grabbergui.1": man_page(),
+        ROOT / "resources" / "completion" / "commands.json": to_json(
+            completion_table(), indent=1, ascii_only=False
+        )
+        + "\n",
     }
 
 

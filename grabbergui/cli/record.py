@@ -50,7 +50,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--codec",
         choices=CODECS,
-        help="codec of a movie: h264 (default), hevc or av1 (smaller), ffv1 (lossless)",
+        help="codec of a movie: h264 (default), ffv1 (lossless)",
     )
     parser.add_argument("--tiff", action="store_true", help="in a folder: TIFF, larger and faster than PNG")
     parser.add_argument("--json", action="store_true", help="print one JSON object")

@@ -383,8 +383,8 @@ class Camera(FeatureAccess):
 
         `camera.record("run.mcap", seconds=5).wait()`, or `with camera.record("run.mcap"): …`. It ends by
         itself at the first of its limits: `frames`, `seconds` or `megabytes`. A movie's `codec` is `h264`
-        (default), `hevc`, `av1` or `ffv1`; h264 can be `lossless`, and ffv1 always is. A folder has PNG, or
-        with `tiff` TIFF. Nothing is overwritten. Raises GrabberError.
+        (default), which can be `lossless`, or `ffv1`, which always is. A folder has PNG, or with `tiff`
+        TIFF. Nothing is overwritten. Raises GrabberError.
         """
         size = None if megabytes is None else megabytes * 1e6
         file = expanded(path)

@@ -17,10 +17,6 @@ class RecordingKind(Enum):
     "A folder of TIFF: as fast as the disk."
     H264 = "h264"
     "A movie that every player opens: 8 bits, lossy."
-    HEVC = "hevc"
-    "A movie (H.265): smaller, and slower to write."
-    AV1 = "av1"
-    "A movie (AV1): the smallest."
     LOSSLESS = "lossless"
     "A movie (lossless H.264): 8 bits exactly, as fast as a camera of 8.8 MP."
     FFV1 = "ffv1"
@@ -39,17 +35,8 @@ class RecordingKind(Enum):
 
 
 _SUFFIXES = {RecordingKind.MCAP: ".mcap", RecordingKind.STACK: ".tiff", RecordingKind.NUMPY: ".npy"}
-MOVIE_KINDS = (
-    RecordingKind.H264,
-    RecordingKind.HEVC,
-    RecordingKind.AV1,
-    RecordingKind.LOSSLESS,
-    RecordingKind.FFV1,
-)
-CODECS = {
-    kind.value: kind
-    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
-}
+MOVIE_KINDS = (RecordingKind.H264, RecordingKind.LOSSLESS, RecordingKind.FFV1)
+CODECS = {kind.value: kind for kind in (RecordingKind.H264, RecordingKind.FFV1)}
 """Codecs of a movie by their names; lossless H.264 has none of its own."""
 _BY_SUFFIX = {
     ".mcap": RecordingKind.MCAP,
@@ -105,8 +92,4 @@ def _movie_kind(codec: str, *, lossless: bool) -> RecordingKind:
     if codec not in CODECS:
         raise UsageError(f"'{codec}' is no codec of a movie; there are {', '.join(CODECS)}")
     kind = CODECS[codec]
-    if not lossless or kind is RecordingKind.FFV1:
-        return kind
-    if kind is not RecordingKind.H264:
-        raise UsageError(f"{codec} is not lossless here; h264 and ffv1 are")
-    return RecordingKind.LOSSLESS
+    return RecordingKind.LOSSLESS if lossless and kind is RecordingKind.H264 else kind

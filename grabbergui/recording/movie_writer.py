@@ -8,10 +8,7 @@ whole. Times are in microseconds; the notes beside it (`movie.frames.jsonl`) hav
 from __future__ import annotations
 
 import contextlib
-import os
-import sys
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from io import BufferedIOBase
@@ -60,26 +57,11 @@ class _Encoder:
     colour: str = "yuv420p"
     deep: str = ""
     "For Mono deeper than 8 bits; empty if such pixels are reduced to their eight highest bits."
-    odd: bool = True
-    "Whether it accepts an odd width or height, in a format without subsampled colour."
-    environment: dict[str, str] = field(default_factory=dict)
 
 
 _X264 = {"preset": "ultrafast", "g": "25"}
 _ENCODERS = {
     RecordingKind.H264: _Encoder("libx264", {**_X264, "crf": "20"}),
-    # The lookahead of x265 4.2 writes beyond its buffers if the image is up to 48 pixels wide.
-    RecordingKind.HEVC: _Encoder(
-        "libx265", {**_X264, "crf": "22", "x265-params": "log-level=none:bframes=0:rc-lookahead=0"}
-    ),
-    RecordingKind.AV1: _Encoder(
-        "libsvtav1",
-        # On a busy computer SVT-AV1's threads hang or reorder frames, most often with little delay
-        # (pred-struct=1, lookahead=0), but never with one image at a time (lp=1).
-        {"preset": "11", "crf": "30", "g": "25", "svtav1-params": "lp=1:hierarchical-levels=3"},
-        odd=False,
-        environment={"SVT_LOG": "1"},
-    ),
     # Without losses, separate frames are faster than differences, and need no decoding of those before.
     RecordingKind.LOSSLESS: _Encoder("libx264", {**_X264, "qp": "0", "g": "1"}, "gray", "rgb24"),
     RecordingKind.FFV1: _Encoder(
@@ -114,8 +96,6 @@ class MovieFile:
         height, width = shape[:2]
         self._format = self._format_for(width, height, colour=len(shape) == 3, deep=dtype == np.uint16)
         name = "libx264rgb" if self._format == "rgb24" else self._encoder.name
-        for key, value in self._encoder.environment.items():
-            os.environ.setdefault(key, value)
         self._file: BufferedIOBase = path.open("xb")
         try:
             self._container: OutputContainer = av.open(
@@ -139,8 +119,7 @@ class MovieFile:
             context.color_range = ColorRange.JPEG if full else ColorRange.MPEG
             if not full:
                 context.colorspace = Colorspace.ITU709
-            with _scheduled_as_before():
-                context.open()
+            context.open()
         except (FFmpegError, ValueError) as error:
             self._file.close()
             path.unlink(missing_ok=True)
@@ -203,10 +182,6 @@ class MovieFile:
         chosen = encoder.colour if colour else encoder.deep if deep and encoder.deep else encoder.mono
         if chosen != "yuv420p" or not (width % 2 or height % 2):
             return chosen
-        if not encoder.odd:
-            raise RecordingError(
-                f"{self._path}: {encoder.name} needs an even width and height, not {width}×{height}"
-            )
         return "yuv444p" if colour else "gray"
 
     def _video_frame(self, pixels: NDArray[Any]) -> VideoFrame:
@@ -316,26 +291,6 @@ class MovieWriter(RecordingWriter):
             pixels, pixel_format = unpacked(frame)
             return pixels, pixel_format.name
         return frame.mono(), "Mono8"
-
-
-@contextlib.contextmanager
-def _scheduled_as_before() -> Iterator[None]:
-    """Undo the real-time priority that SVT-AV1 gives itself and the calling thread if root runs it.
-
-    Threads that start later would inherit it, and one that computes would freeze the whole computer.
-    """
-    if sys.platform != "linux":
-        yield
-        return
-    before = os.sched_getscheduler(0)
-    try:
-        yield
-    finally:
-        if os.sched_getscheduler(0) != before:
-            for thread in Path("/proc/self/task").iterdir():
-                with contextlib.suppress(OSError):
-                    if os.sched_getscheduler(int(thread.name)) == os.SCHED_FIFO:
-                        os.sched_setscheduler(int(thread.name), os.SCHED_OTHER, os.sched_param(0))
 
 
 def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str:
