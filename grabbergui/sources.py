@@ -50,6 +50,7 @@ class SourceKind(str, Enum):
     ROS2 = "ros2"
     FILE = "file"
     TWIN = "twin"
+    RIG = "rig"
 
     @property
     def options(self) -> type[Any]:
@@ -73,6 +74,7 @@ _MODULES: dict[str, str] = {
     SourceKind.ROS2: "grabbergui.net.ros2.client",
     SourceKind.FILE: "grabbergui.recording.playback",
     SourceKind.TWIN: "grabbergui.driver.twin.device",
+    SourceKind.RIG: "grabbergui.rig.source",
 }
 """The module of each kind, with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 
@@ -125,6 +127,10 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
         ),
     ),
     SourceKind.TWIN: (("twin:FILE.zip", "a simulated camera made of a camera's report"),),
+    SourceKind.RIG: (
+        ("rig:FILE.yaml", "several cameras as one, from the file of a rig"),
+        ("rig:FILE.mcap", "the recording of a rig"),
+    ),
 }
 
 

@@ -33,7 +33,7 @@ class SourceUri:
     """A URI: the kind of source, its name, and options."""
 
     scheme: str
-    "`sim`, `gige`, `u3v`, `gentl`, `aravis`, `v4l2`, `twin`, `yarp`, `ros2`, `file`."
+    "`sim`, `gige`, `u3v`, `gentl`, `aravis`, `v4l2`, `twin`, `yarp`, `ros2`, `file`, `rig`."
     name: str = ""
     "An address, serial number, port or topic; empty means the first found."
     options: dict[str, str] = field(default_factory=dict)

@@ -100,6 +100,13 @@ class ClockEstimate:
             device_ns + self.offset_ns + round((high + low) / 2), int(np.ceil((high - low) / 2 + beyond)) + 1
         )
 
+    def device_time(self, host_ns: int) -> int:
+        """Return the device's time at a time of the host."""
+        device = host_ns - self.offset_ns
+        for _ in range(3):
+            device -= self.host_time(device).time_ns - host_ns
+        return device
+
 
 class ClockFit:
     """Collects observations of one camera's clock. One thread."""

@@ -110,6 +110,12 @@ class FrameSet(dict[str, T], Generic[T]):
         times = [each.time_ns for each in self.stamps.values()] or [self._place_ns]
         return max(abs(stamp.time_ns - time) for time in times)
 
+    def put_in_order(self) -> None:
+        """Order the frames as the cameras are in the rig."""
+        frames = {name: self[name] for name in self._cameras if name in self}
+        self.clear()
+        self.update(frames)
+
     def put(self, camera: str, frame: T, stamp: Stamp) -> None:
         """Add the frame of a camera that is missing."""
         self[camera] = frame
@@ -190,6 +196,7 @@ class SetMatcher(Generic[T]):
 
     def _delivered(self, finished: list[FrameSet[T]]) -> list[FrameSet[T]]:
         for each in finished:
+            each.put_in_order()
             self._delivered_ns = max(each.time_ns, self._delivered_ns or each.time_ns)
             self.statistics.count(each.state.value, each.skew_ns, each.missing)
         return [each for each in finished if not each.missing or self._deliver_incomplete]

@@ -120,13 +120,14 @@ def test_in_order_and_without_loss_every_set_is_complete():
 
 
 def test_a_counter_goes_on_after_its_largest_number():
-    matcher = MatchByCounter(("a", "b"), TIMES, modulus=0xFFFF)
+    matcher = MatchByCounter(("a", "b"), TIMES, first=0xFFFF - 9, modulus=0xFFFF)
     sets = []
-    for index in range(0xFFFF + 10):
+    for index in range(0xFFFF - 10, 0xFFFF + 10):
         number = index % 0xFFFF + 1
         for name in ("a", "b"):
             sets += matcher.add(name, index, Stamp(index * 40 * MS, 10**12, number), index)
-    assert len(sets) == 0xFFFF + 10 and all(each["a"] == each["b"] == each.index for each in sets)
+    assert [(each["a"], each["b"]) for each in sets] == [(n, n) for n in range(0xFFFF - 10, 0xFFFF + 10)]
+    assert [each.index for each in sets] == list(range(20))
 
 
 def test_a_missed_trigger_shifts_no_later_set():

@@ -1,0 +1,87 @@
+"""Gathers the frames of open cameras into sets, with a thread for each camera."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameSink
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.rig.camera_clock import CameraClock, network_clock
+from grabbergui.rig.frame_sets import FrameSet, MatchByAction, SetMatcher
+
+DEPTH = 16
+"Frames of a camera that may wait to be assigned."
+CHECK = 0.02
+"Seconds between checks whether a set is to be given up."
+
+
+class SetStream:
+    """Takes the frames of all cameras, on a thread each, and delivers sets in order. Any thread."""
+
+    def __init__(
+        self,
+        grabbers: Mapping[str, FrameGrabber],
+        clocks: Mapping[str, CameraClock],
+        matcher: SetMatcher[Frame],
+        deliver: Callable[[FrameSet[Frame]], object],
+    ) -> None:
+        """`deliver` is called with each finished set, by one thread at a time; it must not wait."""
+        self.matcher = matcher
+        self._clocks = dict(clocks)
+        self._deliver = deliver
+        self._lock = threading.Lock()
+        self._sinks = [
+            FrameSink(
+                grabber,
+                lambda frame, name=name: self._take(name, frame),  # type: ignore[misc]
+                name=f"rig {name}",
+                depth=DEPTH,
+                wait=CHECK,
+                between=self._advance,
+            )
+            for name, grabber in grabbers.items()
+        ]
+
+    @property
+    def dropped(self) -> int:
+        """Frames that were dropped because the sets could not be gathered fast enough."""
+        return sum(sink.dropped for sink in self._sinks)
+
+    def start(self) -> None:
+        """Begin. Once only."""
+        for sink in self._sinks:
+            sink.start()
+
+    def stop(self) -> None:
+        """End all threads and deliver what waits."""
+        for sink in self._sinks:
+            sink.stop()
+        with self._lock:
+            self._hand_over(self.matcher.flush())
+
+    def expect(self, moment_ns: int) -> None:
+        """Announce a set, for matching by action."""
+        if isinstance(self.matcher, MatchByAction):
+            with self._lock:
+                self.matcher.expect(moment_ns, time.monotonic_ns())
+
+    def set_present(self, camera: str, *, present: bool) -> None:
+        """No longer wait for a camera that is lost, or wait for it again."""
+        with self._lock:
+            self.matcher.set_present(camera, present)
+
+    def _take(self, camera: str, frame: Frame) -> None:
+        stamp = self._clocks[camera].stamp(frame, network_clock(self._clocks.values()))
+        with self._lock:
+            self._hand_over(self.matcher.add(camera, frame, stamp, time.monotonic_ns()))
+
+    def _advance(self) -> None:
+        with self._lock:
+            self._hand_over(self.matcher.advance(time.monotonic_ns()))
+
+    def _hand_over(self, finished: list[FrameSet[Frame]]) -> None:
+        for each in finished:
+            self._deliver(each)
