@@ -157,7 +157,8 @@ def test_a_rig_is_a_source_like_any_other(tmp_path):
 
 
 def test_what_cannot_be_opened_is_named_and_nothing_stays_open(tmp_path):
-    rig = source.of_entry(RigEntry({"left": CameraEntry(FAST), "right": CameraEntry("sim:nosuch")}))
+    absent = CameraEntry("gige:127.254.1.1")
+    rig = source.of_entry(RigEntry({"left": CameraEntry(FAST), "right": absent}))
     with pytest.raises(SourceNotFoundError):
         rig.open()
     rig.close()
