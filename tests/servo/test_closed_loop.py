@@ -14,6 +14,7 @@ import time
 import cv2
 import numpy as np
 import pytest
+from psygnal import Signal
 
 from frames import frame_of
 from grabbergui.calibration import geometry
@@ -254,6 +255,8 @@ def test_an_image_that_is_not_complete_is_not_announced_as_one_that_counted():
     """Publishers gave the last detections a second time, stamped as those of the new image."""
 
     class Lossy:
+        features_changed = Signal(frozenset)
+
         def open_queue(self, depth):
             self.queue = FrameQueue(depth)
             return self.queue

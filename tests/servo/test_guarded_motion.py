@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from psygnal import Signal
 from robots_for_tests import RecordingRobot
 
 from grabbergui.core.errors import SourceUnavailableError
@@ -96,6 +97,8 @@ def test_every_stop_for_a_reason_is_the_guardian_s_too(gate, guard):
 
 class Dark:
     """A source whose images never come."""
+
+    features_changed = Signal(frozenset)
 
     def open_queue(self, depth):
         return FrameQueue(depth)
