@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 setup-servo run test coverage mutants lint types bench fuzz docs screenshots translations deb test-deb clean
+.PHONY: setup setup-ros2 setup-servo run test test-without-guests coverage mutants lint types bench fuzz docs screenshots translations deb test-deb clean
 
 setup: $(STAMP)
 
@@ -51,6 +51,10 @@ PACKAGE ?= $(ROOM)
 test: setup
 	scripts/system-packages tests
 	$(BIN)/python tests/run_tests.py tests/$(PACKAGE)
+
+# Lint, types and tests of a copy without the guests' folders (docs/decisions/0021-servo-is-a-guest.md).
+test-without-guests: setup
+	scripts/test-without-guests
 
 # Branch coverage of all tests, or of one package's: make coverage PACKAGE=core; the lines are in build/coverage.
 coverage: setup

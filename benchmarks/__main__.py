@@ -21,8 +21,9 @@ from benchmarks._results import Section
 
 
 def main() -> None:
-    names = sorted(module.name for module in pkgutil.iter_modules(benchmarks.__path__))
-    names = [name for name in names if not name.startswith("_")]
+    found = pkgutil.walk_packages(benchmarks.__path__, "benchmarks.")
+    modules = {module.name.rpartition(".")[2]: module.name for module in found if not module.ispkg}
+    names = sorted(name for name in modules if not name.startswith("_"))
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description=__doc__,
@@ -43,7 +44,7 @@ def main() -> None:
     for name in [] if options.only_write else chosen:
         print(f"== {name}", flush=True)
         began = time.monotonic()
-        if not run(name, importlib.import_module(f"benchmarks.{name}"), rest):
+        if not run(name, importlib.import_module(modules[name]), rest):
             failed.append(name)
         print(f"== {name} took {time.monotonic() - began:.0f} s\n", flush=True)
     _document.rewrite()

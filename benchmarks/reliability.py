@@ -7,29 +7,31 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import pkgutil
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 
+import benchmarks
 from benchmarks._faults import DOCUMENT, FAULTS, document, keep, kept
 from benchmarks._results import machine
 
 MODULES = ("_faults_strangers", "_faults_outages", "_faults_servo", "_faults_stops", "_faults_ros2")
-"""The modules that have faults, in the order of the page's tables."""
+"""The modules that have faults, here or in a guest's folder, in the order of the page's tables."""
 
 
 def order_faults() -> None:
     """Sort the faults by MODULES, whatever the order of imports was."""
-    places = {f"benchmarks.{module}": place for place, module in enumerate(MODULES)}
-    ordered = sorted(FAULTS.items(), key=lambda item: places[item[1][1].__module__])
+    ordered = sorted(FAULTS.items(), key=lambda item: MODULES.index(item[1][1].__module__.rpartition(".")[2]))
     FAULTS.clear()
     FAULTS.update(ordered)
 
 
 def load_faults() -> None:
     """Import the faults of all modules."""
-    for module in MODULES:
-        importlib.import_module(f"benchmarks.{module}")
+    for module in pkgutil.walk_packages(benchmarks.__path__, "benchmarks."):
+        if module.name.rpartition(".")[2] in MODULES:
+            importlib.import_module(module.name)
     order_faults()
 
 

@@ -22,7 +22,6 @@ from grabbergui.net.yarp.os.connection import YarpConnection
 from grabbergui.net.yarp.os.contact import Contact
 from grabbergui.net.yarp.os.name_server import NameDatabase
 from grabbergui.net.yarp.os.target import Target
-from grabbergui.servo.robots import teo_messages
 from grabbergui.terminal import Interpreter
 
 MOST_EVENTS = 1000
@@ -53,14 +52,13 @@ def seeds() -> list[bytes]:
         *(b"\4" + line.encode() for line in _NAMES),
         *(b"\5" + bytes([side]) + joined([header, *captures[:2]]) for side in range(4)),
         *(b"\6" + line.encode() for line in _LINES),
-        *(b"\7" + Bottle.from_text(text).encode() for text in ("([ivel] [vmos]) (1 2 3)", "(1 2 3) (4 5)")),
     ]
 
 
 def one_input(data: bytes) -> None:
     """Feed the part that the first byte chooses."""
     source = Input(data)
-    parts = (_json, _requests, _administration, _lines, _names, _connections, _terminal, _robots)
+    parts = (_json, _requests, _administration, _lines, _names, _connections, _terminal)
     parts[source.number(1) % len(parts)](source)
 
 
@@ -164,12 +162,3 @@ def _terminal(source: Input) -> None:
         if not line.lstrip().startswith(("watch", "auto", "'watch", '"watch')):  # they take seconds
             erring(interpreter.execute, line)
     erring(SettingKey.parse, "x")
-
-
-def _robots(source: Input) -> None:
-    bottle = refusing(Bottle.decode, source.rest())
-    if bottle is not None:
-        refusing(teo_messages.read_board_command, bottle, 6)
-        refusing(teo_messages.read_encoders, bottle, 6)
-        refusing(teo_messages.read_status, bottle)
-        refusing(teo_messages.read_cartesian_command, bottle, "movl")

@@ -195,23 +195,6 @@ def test_a_server_that_is_stuck_gives_no_sign_of_life(tmp_path, monkeypatch):
             released.set()
 
 
-@pytest.mark.parametrize("name", ["teo-sim-camera.yaml", "resources/servo/teo-sim-camera.yaml"])
-def test_a_shipped_calibration_is_found_from_any_folder_but_never_written_to(tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)
-    camera = sources.create(SMALL)
-    camera.open()
-    try:
-        calibration = _calibration(camera, ServeOptions(calibration=name))
-        assert calibration.calibration is not None
-        calibration.close()
-        # ROS 2's set_camera_info saves to the file that was named.
-        calibration = _calibration(camera, ServeOptions(calibration=name, ros2="/cam"))
-        assert calibration.calibration is None
-        calibration.close()
-    finally:
-        camera.close()
-
-
 def test_a_calibration_of_other_images_is_named_as_the_server_starts(tmp_path, caplog):
     file = tmp_path / "camera.yaml"
     camera_info.save(Calibration.from_field_of_view(100, 48, 90), file)

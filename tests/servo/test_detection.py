@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import servo_scene
 
-from benchmarks import _heads
+from benchmarks.servo import _heads
 from grabbergui.calibration import geometry
 from grabbergui.calibration.marker_pose import MarkerDetection, judged
 from grabbergui.calibration.markers import ArucoDetector

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.servo_guardian import running
+from benchmarks.servo.servo_guardian import running
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.servo.guardian import REPEATS, Channel, Keeper, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, GuardianLink, Verdict

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.servo_guardian import GOAL_MM, at_full_speed, moved_after, undisturbed
+from benchmarks.servo.servo_guardian import GOAL_MM, at_full_speed, moved_after, undisturbed
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
 from grabbergui.net.yarp.server import YarpGrabberServer

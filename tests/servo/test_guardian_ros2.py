@@ -15,7 +15,7 @@ pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install
 pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
 pytestmark = pytest.mark.ros2
 
-from benchmarks.servo_guardian import GOAL_MM, at_full_speed, moved_after, tiago_on_ros2  # noqa: E402
+from benchmarks.servo.servo_guardian import GOAL_MM, at_full_speed, moved_after, tiago_on_ros2  # noqa: E402
 from grabbergui.net.ros2.runtime import use_transports  # noqa: E402
 from patience import PROGRAM, TRIES, allowance  # noqa: E402
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks import _hand_eye_scenes as scenes
+from benchmarks.servo import _hand_eye_scenes as scenes
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import CalibrationError, UsageError
 from grabbergui.servo.hand_eye import hand_eye_file

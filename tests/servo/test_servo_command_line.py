@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from grabbergui import sources
-from grabbergui.cli import EXIT_FAILURE, EXIT_USAGE, main
+from grabbergui.cli import EXIT_FAILURE, EXIT_USAGE, main, serve
+from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config
 from grabbergui.servo.hand_eye import hand_eye_file
@@ -51,3 +52,20 @@ def test_a_pipe_is_refused_instead_of_waited_for(read, tmp_path):
     os.mkfifo(path := tmp_path / "pipe.yaml")
     with pytest.raises(UsageError, match=r"pipe \(FIFO\)"):
         read(path)
+
+
+@pytest.mark.parametrize("name", ["teo-sim-camera.yaml", "resources/servo/teo-sim-camera.yaml"])
+def test_a_shipped_calibration_is_found_from_any_folder_but_never_written_to(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    camera = sources.create("sim:?width=64&height=48")
+    camera.open()
+    try:
+        calibration = serve._calibration(camera, ServeOptions(calibration=name))
+        assert calibration.calibration is not None
+        calibration.close()
+        # ROS 2's set_camera_info saves to the file that was named.
+        calibration = serve._calibration(camera, ServeOptions(calibration=name, ros2="/cam"))
+        assert calibration.calibration is None
+        calibration.close()
+    finally:
+        camera.close()

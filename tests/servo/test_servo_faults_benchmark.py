@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from benchmarks import servo_faults
-from benchmarks.servo_faults import MARKERS, Trial, Truth, judge
+from benchmarks.servo import servo_faults
+from benchmarks.servo.servo_faults import MARKERS, Trial, Truth, judge
 from grabbergui import cli
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo

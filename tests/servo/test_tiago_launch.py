@@ -15,7 +15,7 @@ from grabbergui.cli import CommandParser
 from grabbergui.servo.cli import servo, simulate_robots
 from patience import PROGRAM
 
-LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"
+LAUNCH_FILE = Path(__file__).parents[2] / "resources/servo/tiago-demo.launch.py"
 RUN = """
 import sys
 from launch import LaunchDescription, LaunchService

@@ -14,7 +14,7 @@ from typing import Any
 from typing_extensions import override
 
 from benchmarks._network_runs import on_this_machine_only
-from benchmarks.servo_guardian import Tireless, undisturbed
+from benchmarks.servo.servo_guardian import Tireless, undisturbed
 from grabbergui.calibration.geometry import Vector
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient

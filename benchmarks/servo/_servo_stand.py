@@ -87,7 +87,7 @@ class Stand:
 @contextlib.contextmanager
 def stand(fps: float, *, board: bool = True) -> Iterator[Stand]:
     """Start the process; end it with the block."""
-    command = [sys.executable, "-m", "benchmarks._servo_stand", str(fps), str(int(board))]
+    command = [sys.executable, "-m", "benchmarks.servo._servo_stand", str(fps), str(int(board))]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdin is not None
         place, zero = process.stdout.readline().split()

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
-from benchmarks.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_image, random_start, spread
+from benchmarks.servo.servo_closed_loop import LONGEST, SHOWN, Result, bodies, in_image, random_start, spread
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.scheduling import single_threaded

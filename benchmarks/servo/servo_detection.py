@@ -18,9 +18,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks import _heads
 from benchmarks._document import markdown
 from benchmarks._results import Chart, Goal, Section, Table, machine
+from benchmarks.servo import _heads
 from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.scheduling import single_threaded

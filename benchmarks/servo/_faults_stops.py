@@ -20,10 +20,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks._fallible_robots import Stand, teo_on_yarp, tiago_on_ros2
 from benchmarks._faults import Outcome, fault
 from benchmarks._faults_outages import end, simulate
-from benchmarks._servo_at_full_speed import SPEED
+from benchmarks.servo._fallible_robots import Stand, teo_on_yarp, tiago_on_ros2
+from benchmarks.servo._servo_at_full_speed import SPEED
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 
@@ -61,7 +61,7 @@ class Program:
         config.write_text(CONFIG, encoding="utf-8")
         self._output = Path(folder) / "output.txt"
         self._hands, terminal = os.openpty()
-        command = [sys.executable, "-m", "benchmarks._servo_program", *options]
+        command = [sys.executable, "-m", "benchmarks.servo._servo_program", *options]
         calibration = Path(folder) / "camera.yaml"
         camera_info.save(Calibration.from_field_of_view(WIDTH, HEIGHT, 60.0), calibration)
         command += ["--source", f"gige:{camera}", "--calibration", str(calibration), "--config", str(config)]
@@ -69,7 +69,7 @@ class Program:
         with self._output.open("wb") as output:
             self._process = subprocess.Popen(
                 command,
-                cwd=Path(__file__).parents[1],
+                cwd=Path(__file__).parents[2],
                 stdin=terminal,
                 stdout=output,
                 stderr=output,

@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks._document import markdown
 from benchmarks._priority import run_as_others
 from benchmarks._results import Goal, Section, Table, machine
-from benchmarks._servo_at_full_speed import SPEED
+from benchmarks.servo._servo_at_full_speed import SPEED
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.scheduling import run_first
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -27,7 +27,7 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.simulated import SimRobot
 
-REPOSITORY = Path(__file__).parents[1]
+REPOSITORY = Path(__file__).parents[2]
 GOAL_MM = 30.0
 FAULTS = {"killed (kill -9)": signal.SIGKILL, "frozen (SIGSTOP)": signal.SIGSTOP}
 TRIES = 6
@@ -57,7 +57,7 @@ class Program:
     """`_servo_at_full_speed` in a process of its own."""
 
     def __init__(self, *arguments: str) -> None:
-        command = [sys.executable, "-m", "benchmarks._servo_at_full_speed", *arguments]
+        command = [sys.executable, "-m", "benchmarks.servo._servo_at_full_speed", *arguments]
         self.process = subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True)
         self.guardian = int(self.said().partition(" ")[2] or 0)
 
@@ -218,7 +218,7 @@ def distances(
 
 
 def measure(arguments: list[str] | None = None) -> Section:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_guardian", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo.servo_guardian", description=__doc__)
     parser.add_argument("--tries", type=int, default=TRIES, help=f"of each kind ({TRIES})")
     options = parser.parse_args(arguments)
     rows, worst = [], 0.0

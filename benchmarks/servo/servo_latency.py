@@ -16,8 +16,8 @@ from typing_extensions import override
 from benchmarks._document import markdown
 from benchmarks._priority import run_as_others
 from benchmarks._results import Goal, Section, Table, machine
-from benchmarks._servo_stand import EXPOSURE_US, stand
-from benchmarks.servo_guardian import busy
+from benchmarks.servo._servo_stand import EXPOSURE_US, stand
+from benchmarks.servo.servo_guardian import busy
 from grabbergui import sources
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
@@ -139,7 +139,7 @@ def opened(case: Case) -> Opened:
 
 
 def measure(arguments: list[str] | None = None) -> Section:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_latency")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo.servo_latency")
     parser.add_argument("--seconds", type=float, default=15.0, help="of each row (15)")
     parser.add_argument("--robot", choices=("TEO", "TIAGo"), help="both by default")
     parser.add_argument("--busy", type=int, choices=LOADS, help="busy programs beside it")

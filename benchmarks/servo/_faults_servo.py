@@ -6,8 +6,8 @@ import signal
 import time
 
 from benchmarks._faults import Outcome, fault
-from benchmarks._servo_at_full_speed import SPEED
-from benchmarks.servo_guardian import GOAL_MM, ROBOTS, at_full_speed, moved_after
+from benchmarks.servo._servo_at_full_speed import SPEED
+from benchmarks.servo.servo_guardian import GOAL_MM, ROBOTS, at_full_speed, moved_after
 
 CHAPTER = "A servo program that dies"
 TRIES = 5

@@ -11,9 +11,9 @@ import time
 
 import numpy as np
 
-from benchmarks import _hand_eye_scenes as scenes
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
+from benchmarks.servo import _hand_eye_scenes as scenes
 from grabbergui.calibration import geometry
 from grabbergui.servo.hand_eye.solver import solve
 

@@ -40,7 +40,7 @@ from grabbergui.servo.robots.fault_list import FAULTS, Fault
 from grabbergui.servo.robots.faults import Faults
 from grabbergui.servo.robots.robot import KinematicModel
 
-REPOSITORY = Path(__file__).parents[1]
+REPOSITORY = Path(__file__).parents[2]
 NAME_SERVER = "127.39.7.1"
 WORKSPACE = {"x_low": 0.30, "x_high": 0.70, "y_low": -0.55, "y_high": -0.10}
 "Of the approaches, metres: smaller than the default, so that arms want to leave it."

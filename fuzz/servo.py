@@ -1,0 +1,23 @@
+"""What a robot on YARP is asked and answers: control boards and Cartesian controllers."""
+
+from __future__ import annotations
+
+from fuzz._input import Input, refusing
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.servo.robots import teo_messages
+
+
+def seeds() -> list[bytes]:
+    """Return commands and readings."""
+    texts = ("([ivel] [vmos]) (1 2 3)", "(1 2 3) (4 5)", "[get] [encs]", "movl 0.1 0.2 0.3 0 0 1 0.5")
+    return [Bottle.from_text(text).encode() for text in texts]
+
+
+def one_input(data: bytes) -> None:
+    """Read a message as each that it could be."""
+    bottle = refusing(Bottle.decode, Input(data).rest())
+    if bottle is not None:
+        refusing(teo_messages.read_board_command, bottle, 6)
+        refusing(teo_messages.read_encoders, bottle, 6)
+        refusing(teo_messages.read_status, bottle)
+        refusing(teo_messages.read_cartesian_command, bottle, "movl")
