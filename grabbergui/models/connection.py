@@ -334,6 +334,8 @@ class Connection:
             source.lost_since = None
             if source.features is not None:
                 source.features.reload()
+        elif state is ConnectionState.OPEN and source.features is not None:
+            source.features.reload()  # a remote camera's controls may be discovered late
 
     def _on_held_changed(self, source: OpenSource, held: bool) -> None:
         if source.note_held(held) and source.state.connected:

@@ -39,7 +39,7 @@ from grabbergui.net.ros2.client_link import (
 )
 from grabbergui.net.ros2.client_stream import ComponentSubscriptions, ImageStream
 from grabbergui.net.ros2.requirements import require_ros2
-from grabbergui.net.ros2.runtime import DISCOVERY_S, Ros2Node, full_name
+from grabbergui.net.ros2.runtime import Ros2Node, full_name
 from grabbergui.net.tree import TreeFeatures
 
 log = logging.getLogger(__name__)
@@ -48,8 +48,11 @@ DISCOVERY_TIMEOUT = 5.0
 """Seconds that a topic has to appear."""
 PREFERRED_TIMEOUT = 1.0
 """Seconds that `image_raw` has to appear, of this node or another, if `image` is discovered first."""
-NAME_TIMEOUT = DISCOVERY_S
-"""Seconds that a publisher's node has to become known; one outside ROS never does."""
+NAME_TIMEOUT = 1.0
+"""Seconds that a publisher's node has to become known before it is opened without controls. One outside ROS
+never does."""
+LATE_CONTROLS = 20.0
+"""Seconds after which controls that were not there on opening are not looked for any more."""
 WATCH_PERIOD = 0.1
 """Seconds between polls of what others changed, while anybody listens, and of whether it is still there."""
 POLLS_PER_CHECK = 10
@@ -84,6 +87,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         "Guards the stream, and is never held while the other end is asked. Taken after `_lock`."
         self._rivals: set[str] = set()
         "Topics of its name that other nodes publish, as reported."
+        self._opened_at = 0.0
         self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
@@ -104,6 +108,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             self.connection_changed.emit(ConnectionState.CLOSED, "")
             raise
         self._access, self._lost, self._refused = access, "", ""
+        self._opened_at = time.monotonic()
         self._rivals.clear()
         self._watcher = threading.Thread(target=self._watch, name=f"ros2 watch {self._name}", daemon=True)
         self._watcher.start()
@@ -253,6 +258,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         if check:
             self._look_at_stream()
             self._report_rivals()
+            if self._opened().silence and time.monotonic() - self._opened_at < LATE_CONTROLS:
+                self._look_for_controls()
         with self._lock:
             features = self._known()
             changed: frozenset[str] = frozenset()
@@ -265,6 +272,30 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             self._forget_seen(changed)
         self._report_camera(features)
         self._announce(changed)
+
+    def _look_for_controls(self) -> None:
+        """Use the node's services if they were discovered, or answer, only now."""
+        old = self._opened()
+        found = CameraLink.find(old.node, [old.topic], self._closing)
+        if found is None or not found.publisher.node:
+            return
+        try:
+            found.join(self._announce)
+            if found.silence:
+                found.leave()
+                return
+            self._recognise(found.described(self.info))
+        except BaseException:
+            found.leave()
+            raise
+        with self._lock, self._stream_lock:
+            self._link = found
+            old.leave()
+            if found.ours and self._stream is not None:  # its components are to be received as well
+                self.stop()
+                self.start()
+        self.connection_changed.emit(ConnectionState.OPEN, f"{found.topic} has its controls")
+        self._announce(frozenset(description.name for description in self.feature_tree().descriptions()))
 
     def _come_back(self) -> None:
         """Reconnect to the present publisher. Raises OtherCameraError if that is another camera."""

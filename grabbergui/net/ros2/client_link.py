@@ -17,7 +17,12 @@ from grabbergui.net.ros2.runtime import DISCOVERY_S
 from grabbergui.net.tree import TreeFeatures, error_of, loads, read_info
 
 SERVICE_TIMEOUT = DISCOVERY_S
-"""Seconds that a service has to appear once its node has, and then for its first answer."""
+"""Seconds that a service has to appear once its node has."""
+SETTLED = 1.0
+"""Seconds without a change after which the list of a node's services counts as complete for now. A lost
+message of the discovery is repeated after 3 s, so the grabber looks again."""
+FIRST_ANSWER = 2.0
+"""Seconds for the first answer of another driver, which may never answer."""
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
 POLL_TIMEOUT = 0.8
@@ -147,12 +152,12 @@ class CameraLink:
             self.features = TreeFeatures(self._ask)
             return
         try:
-            if self._client("list_parameters") is None:
+            if not self._offered("list_parameters") or self._client("list_parameters") is None:
                 self.silence = "offers no parameters"
                 return
             self.features = features = ParameterFeatures(self._call_parameters)
         except (FrameTimeoutError, DeviceLostError) as error:
-            self.silence = f"does not answer ({error}); connect again when it does"
+            self.silence = f"does not answer ({error})"
             return
         self._follow(features, on_change)
 
@@ -187,24 +192,36 @@ class CameraLink:
         return 0.0 if self._unanswered_since is None else time.monotonic() - self._unanswered_since
 
     def _ours(self) -> bool:
-        from rclpy.node import NodeNameNonExistentError
-
+        """Wait for the node's services, at most until their list has settled; return whether one is ours."""
         if not self.publisher.node:
             return False
-        namespace, _, name = self.publisher.node.rpartition("/")
-        deadline = time.monotonic() + SERVICE_TIMEOUT
+        changed, before = time.monotonic(), self._services()
         while True:
-            try:
-                # By node: the list of all services includes those that have clients only, such as ours.
-                offered = dict(self.node.get_service_names_and_types_by_node(name, namespace or "/"))
-            except NodeNameNonExistentError:
-                offered = {}
+            offered = self._services()
             if _ASK_TYPE in offered.get(f"{self.publisher.node}/ask", ()):
                 return True
             # Services are discovered one by one; our servers offer `ask` before their parameters.
-            if f"{self.publisher.node}/list_parameters" in offered or time.monotonic() > deadline:
+            if f"{self.publisher.node}/list_parameters" in offered:
+                return False
+            if offered != before:
+                changed, before = time.monotonic(), offered
+            elif time.monotonic() - changed > SETTLED:
                 return False
             self._pause(0.02)
+
+    def _services(self) -> dict[str, Sequence[str]]:
+        """Return the types of the services that the node is known to offer, by their names."""
+        from rclpy.node import NodeNameNonExistentError
+
+        namespace, _, name = self.publisher.node.rpartition("/")
+        try:
+            # By node: the list of all services includes those that have clients only, such as ours.
+            return dict(self.node.get_service_names_and_types_by_node(name, namespace or "/"))
+        except NodeNameNonExistentError:
+            return {}
+
+    def _offered(self, service: str) -> bool:
+        return bool(self.publisher.node) and f"{self.publisher.node}/{service}" in self._services()
 
     def _ask(self, verb: str, *arguments: str) -> Any:
         from grabber_interfaces.srv import Ask
@@ -224,8 +241,7 @@ class CameraLink:
         client = self._client(service)
         if client is None:
             raise DeviceLostError(f"the node {self.publisher.node} offers no {service}")
-        # Another driver may never answer.
-        return self._wait(client, request, CALL_TIMEOUT if self._answered else SERVICE_TIMEOUT)
+        return self._wait(client, request, CALL_TIMEOUT if self._answered else FIRST_ANSWER)
 
     def _client(self, service: str) -> Any:
         """Return a client of one of the node's parameter services; None where it offers none."""

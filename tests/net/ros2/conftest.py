@@ -26,6 +26,8 @@ def patience(monkeypatch):
     """Others may have the machine's cores; what is to be found is found in the end."""
     monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 20.0)
     monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 20.0)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SETTLED", 5.0)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.FIRST_ANSWER", 20.0)
     monkeypatch.setattr("grabbergui.net.ros2.client.OVERDUE", 5.0)
 
 
@@ -34,6 +36,7 @@ def impatience(monkeypatch, patience):
     """For what is not there."""
     monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 1.0)
     monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 1.0)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SETTLED", 1.0)
 
 
 @pytest.fixture

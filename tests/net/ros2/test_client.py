@@ -401,6 +401,7 @@ def test_controls_are_there_though_dds_discovers_name_and_services_late(server, 
     from rclpy.node import Node
 
     monkeypatch.setattr(client_link, "SERVICE_TIMEOUT", SERVICE_TIMEOUT)
+    monkeypatch.setattr(client_link, "SETTLED", 1.0)
     listed, offered, firsts = Node.get_publishers_info_by_topic, Node.get_service_names_and_types_by_node, {}
 
     def late(what):
@@ -418,7 +419,9 @@ def test_controls_are_there_though_dds_discovers_name_and_services_late(server, 
         "get_service_names_and_types_by_node",
         lambda *arguments: [] if late("services") else offered(*arguments),
     )
-    assert opened("ros2:/cam").feature("Gain").value == 0
+    remote = opened("ros2:/cam")
+    until(lambda: remote.has_feature("Gain"))
+    assert remote.feature("Gain").value == 0
 
 
 def test_components_are_found_where_the_first_topic_is_remapped(serve, camera, opened):

@@ -30,7 +30,7 @@ from grabbergui.core.features import FeatureKind  # noqa: E402
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink, not_found, publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
-from patience import PATIENCE  # noqa: E402
+from patience import PATIENCE, attempts  # noqa: E402
 
 
 def test_parameters_become_controls(driver, opened):
@@ -205,7 +205,7 @@ def test_changes_by_the_driver_are_reported_with_their_new_range(driver, opened)
 
 def test_a_node_without_parameters_is_an_image_only(opened, drive, monkeypatch):
     drive("bare", start_parameter_services=False)
-    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SETTLED", 0.5)
     remote = opened("ros2:/bare")
     frames = remote.open_queue()
     remote.start()
@@ -219,7 +219,7 @@ def test_a_node_without_parameters_is_an_image_only(opened, drive, monkeypatch):
 def test_a_node_that_answers_no_service_is_an_image_only(opened, notices, drive, monkeypatch):
     """As a program that publishes from its own loop and never spins."""
     drive("mute", callbacks=False)
-    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.FIRST_ANSWER", 0.5)
     remote = opened("ros2:/mute")
     frames = remote.open_queue()
     remote.start()
@@ -228,8 +228,37 @@ def test_a_node_that_answers_no_service_is_an_image_only(opened, notices, drive,
     assert said(notices, "/mute/image_raw is shown without controls")()
 
 
+def test_a_node_without_parameters_is_opened_soon(drive, monkeypatch):
+    """As are others whose services were discovered; the rest is looked for while the images are shown."""
+    drive("bare", start_parameter_services=False)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SETTLED", 1.0)
+    for watch in attempts(2.5):
+        remote = sources.create("ros2:/bare")
+        with watch:
+            remote.open()
+        remote.close()
+
+
+def test_controls_that_answer_only_later_are_added(opened, drive, monkeypatch):
+    """As those of a driver that starts its camera before it spins, or whose services are discovered late."""
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.FIRST_ANSWER", 0.5)
+    monkeypatch.setattr("grabbergui.net.ros2.client.LATE_CONTROLS", PATIENCE)
+    driver = drive("tardy", callbacks=False)
+    driver.node.declare_parameter("gain", 15)
+    remote = opened("ros2:/tardy")
+    changed = queue.Queue()
+    remote.features_changed.connect(changed.put)
+    frames = remote.open_queue()
+    remote.start()
+    assert frames.get(PATIENCE).width == 4 and not remote.has_feature("gain")
+
+    driver.ros.start()
+    until(lambda: "gain" in changed.get(timeout=PATIENCE))
+    assert remote.feature("gain").value == 15 and frames.get(PATIENCE).width == 4
+
+
 def test_sixteen_that_answer_no_service_are_sixteen_images(opened, domain, monkeypatch):
-    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.FIRST_ANSWER", 0.5)
     mute = Ros2Node("mute_drivers")  # never started: nothing of it answers
     publishers = [mute.node.create_publisher(Image, f"/mute{number}/image_raw", 5) for number in range(16)]
     with ThreadPoolExecutor(16) as pool:
