@@ -26,6 +26,7 @@ from grabbergui.core.calibration import (
     given_projection,
     given_rectification,
 )
+from grabbergui.core.durations import duration_text
 from grabbergui.core.environment import home
 from grabbergui.core.errors import PixelFormatError, SourceNotFoundError, UsageError
 from grabbergui.core.frame import Frame
@@ -134,15 +135,15 @@ class Continuity:
         back = (last.timestamp_ns - frame.timestamp_ns) / 1e9 if last is not None else 0
         if back > 0 and frame.timestamp_ns:
             found["jump"] = (
-                f"stamps went back by {back:.3g} s: the publisher's clock was set, or a recording"
+                f"stamps went back by {duration_text(back)}: the publisher's clock was set, or a recording"
                 " started again"
             )
         foreign = bool(frame.timestamp_ns) and frame.received_ns != frame.timestamp_ns
         if foreign and not self._foreign_clock:
             off = (frame.timestamp_ns - frame.received_ns) / 1e9
+            side = "ahead of" if off > 0 else "behind"
             found["clock"] = (
-                f"stamps are {abs(off):.4g} s {'ahead of' if off > 0 else 'behind'} this machine's clock; "
-                "times of arrival are used"
+                f"stamps are {duration_text(abs(off))} {side} this machine's clock; times of arrival are used"
             )
         self._foreign_clock = foreign
         return found

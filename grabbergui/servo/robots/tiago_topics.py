@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
+from grabbergui.core.durations import duration_text
 from grabbergui.core.errors import RemoteProtocolError, SourceUnavailableError
 from grabbergui.net.ros2.camera_pose import publish_frame
 from grabbergui.net.ros2.requirements import require_packages
@@ -59,7 +60,7 @@ class Follower:
             raise RemoteProtocolError(f"times {times.tolist()} do not increase")
         start = now if trajectory.start is None else trajectory.start
         if start + times[-1] < now:
-            raise RemoteProtocolError(f"it ended {now - start - times[-1]:.2f} s ago")
+            raise RemoteProtocolError(f"it ended {duration_text(now - start - times[-1])} ago")
         points = points[:, [trajectory.joints.index(name) for name in self.joints]]
         beyond = (points < self._low - 1e-3) | (points > self._high + 1e-3)
         if beyond.any():
