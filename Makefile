@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 setup-servo run test test-without-guests coverage mutants lint types bench fuzz docs screenshots translations deb test-deb clean
+.PHONY: setup setup-ros2 setup-servo run test test-without-guests coverage mutants lint types pyright bench fuzz docs screenshots translations deb test-deb clean
 
 setup: $(STAMP)
 
@@ -45,6 +45,11 @@ types:
 
 types-%:
 	$(BIN)/mypy --package grabbergui --platform $* --cache-dir .mypy_cache/$*
+
+# The library's types as pyright sees them, which many editors use; mypy checks them in `make lint`.
+pyright: setup
+	$(BIN)/python -m pip install -qq --disable-pip-version-check "pyright[nodejs]"
+	$(BIN)/pyright --project type_tests --pythonpath $(BIN)/python
 
 # The tests of one package alone: make test PACKAGE=net/yarp; ROOM is the variable's older name.
 PACKAGE ?= $(ROOM)

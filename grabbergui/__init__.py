@@ -25,32 +25,58 @@ from typing import TYPE_CHECKING
 os.environ.setdefault("OPENCV_THREAD_POOL_ACTIVE_WAIT_WORKER", "0")
 
 if TYPE_CHECKING:
+    from grabbergui.core.component import Component, ComponentKind, PayloadType
     from grabbergui.core.errors import (
         AccessDeniedError,
+        AckTimeoutError,
         CameraFileError,
         ClosedError,
         DeviceLostError,
+        DeviceStatusError,
+        ExistingFileError,
         FeatureAccessError,
         FeatureError,
         FeatureNotFoundError,
         FeatureValueError,
         FrameTimeoutError,
         GrabberError,
+        MissingFileError,
+        OtherCameraError,
         PixelFormatError,
+        ProtocolError,
+        RemoteProtocolError,
+        ResourceExhaustedError,
         SourceNotFoundError,
+        SourceUnavailableError,
+        TransferCancelledError,
         TransportError,
         UsageError,
     )
-    from grabbergui.core.features import Feature
-    from grabbergui.core.frame import Frame
+    from grabbergui.core.features import (
+        AccessMode,
+        EnumEntry,
+        Feature,
+        FeatureKind,
+        Representation,
+        Visibility,
+    )
+    from grabbergui.core.file_access import CameraFile, Written
+    from grabbergui.core.frame import Frame, FrameStatus
     from grabbergui.core.frame_queue import StreamStatistics
     from grabbergui.core.grabber import DeviceEvent
     from grabbergui.core.identity import DeviceInfo
+    from grabbergui.core.pfnc import PixelFormat
+    from grabbergui.core.point_cloud import PointCloud
+    from grabbergui.core.settings import SettingKey
     from grabbergui.library import discover, open, open_all  # noqa: A004
     from grabbergui.library.camera import Camera
-    from grabbergui.library.group import CameraGroup
-    from grabbergui.library.live_view import live_view
-    from grabbergui.library.streaming import AsyncFrames, Frames, Recording
+    from grabbergui.library.features import CameraFiles, SettingValue
+    from grabbergui.library.group import CameraGroup, GroupFrames
+    from grabbergui.library.live_view import NotebookPanel, live_view
+    from grabbergui.library.streaming import AsyncFrames, FrameLoop, Frames, Recording
+    from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
+    from grabbergui.recording.errors import RecordingError
+    from grabbergui.recording.recorder import RecordingProgress
 
 __version__ = "0.2.0"
 
@@ -83,34 +109,102 @@ _HOMES = {
     "FrameTimeoutError": "core.errors",
     "PixelFormatError": "core.errors",
     "CameraFileError": "core.errors",
+    "AccessMode": "core.features",
+    "EnumEntry": "core.features",
+    "FeatureKind": "core.features",
+    "Representation": "core.features",
+    "Visibility": "core.features",
+    "CameraFiles": "library.features",
+    "SettingValue": "library.features",
+    "Component": "core.component",
+    "ComponentKind": "core.component",
+    "PayloadType": "core.component",
+    "FrameLoop": "library.streaming",
+    "GroupFrames": "library.group",
+    "FrameStatus": "core.frame",
+    "LoadReport": "models.settings.loading",
+    "PixelFormat": "core.pfnc",
+    "PointCloud": "core.point_cloud",
+    "RecordingProgress": "recording.recorder",
+    "CameraFile": "core.file_access",
+    "Written": "core.file_access",
+    "NotebookPanel": "library.live_view",
+    "AckTimeoutError": "core.errors",
+    "DeviceStatusError": "core.errors",
+    "ExistingFileError": "core.errors",
+    "MissingFileError": "core.errors",
+    "OtherCameraError": "core.errors",
+    "ProtocolError": "core.errors",
+    "RemoteProtocolError": "core.errors",
+    "ResourceExhaustedError": "core.errors",
+    "SourceUnavailableError": "core.errors",
+    "TransferCancelledError": "core.errors",
+    "RecordingError": "recording.errors",
+    "SettingOutcome": "models.settings.loading",
+    "SettingReport": "models.settings.loading",
+    "SettingKey": "core.settings",
 }
 """The module below `grabbergui` that defines each public name."""
 
 __all__ = [
     "AccessDeniedError",
+    "AccessMode",
+    "AckTimeoutError",
     "AsyncFrames",
     "Camera",
+    "CameraFile",
     "CameraFileError",
+    "CameraFiles",
     "CameraGroup",
     "ClosedError",
+    "Component",
+    "ComponentKind",
     "DeviceEvent",
     "DeviceInfo",
     "DeviceLostError",
+    "DeviceStatusError",
+    "EnumEntry",
+    "ExistingFileError",
     "Feature",
     "FeatureAccessError",
     "FeatureError",
+    "FeatureKind",
     "FeatureNotFoundError",
     "FeatureValueError",
     "Frame",
+    "FrameLoop",
+    "FrameStatus",
     "FrameTimeoutError",
     "Frames",
     "GrabberError",
+    "GroupFrames",
+    "LoadReport",
+    "MissingFileError",
+    "NotebookPanel",
+    "OtherCameraError",
+    "PayloadType",
+    "PixelFormat",
     "PixelFormatError",
+    "PointCloud",
+    "ProtocolError",
     "Recording",
+    "RecordingError",
+    "RecordingProgress",
+    "RemoteProtocolError",
+    "Representation",
+    "ResourceExhaustedError",
+    "SettingKey",
+    "SettingOutcome",
+    "SettingReport",
+    "SettingValue",
     "SourceNotFoundError",
+    "SourceUnavailableError",
     "StreamStatistics",
+    "TransferCancelledError",
     "TransportError",
     "UsageError",
+    "Visibility",
+    "Written",
     "__version__",
     "discover",
     "live_view",

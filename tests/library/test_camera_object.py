@@ -97,7 +97,7 @@ def test_values_may_be_text_with_a_unit_and_numpy_numbers(camera: grabbergui.Cam
     assert camera.exposure_time == 2000.0
     camera.exposure_time = np.float32(1500)
     assert camera.exposure_time == 1500.0
-    assert camera.write("ExposureTime", np.int64(1234)) == 1234.0  # type: ignore[arg-type]
+    assert camera.write("ExposureTime", np.int64(1234)) == 1234.0
 
 
 def test_a_setting_behind_a_selector(camera: grabbergui.Camera) -> None:
