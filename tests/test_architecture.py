@@ -1,6 +1,7 @@
 """Where libraries may be imported, and how long a file may be; `lint-imports` checks the packages."""
 
 import ast
+from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
@@ -29,6 +30,21 @@ HOMES = {
     **dict.fromkeys(QT, ("ui", "servo/ui")),
 }
 """Library: the only folders that import it."""
+
+TWINS = {
+    "Ack",  # of GVCP; of YARP
+    "Block",  # these, of GVSP; of USB3 Vision
+    "BlockAssembler",
+    "ControlChannel",  # GVCP; GenCP
+    "Event",
+    "FoundCamera",  # by Aravis; by a GenTL producer
+    "ImageStream",  # over YARP; over ROS 2
+    "Leader",
+    "Status",
+    "StreamReceiver",
+    "Trailer",
+}
+"""Names of classes that stand for the same idea of two transports. Every other name means one thing."""
 
 
 @cache
@@ -74,6 +90,18 @@ def test_libraries_are_imported_only_where_they_are_at_home(path):
 @pytest.mark.parametrize("path", MODULES, ids=name)
 def test_one_concern_a_file(path):
     assert len(path.read_text("utf-8").splitlines()) <= 500
+
+
+def test_a_class_name_means_one_thing():
+    """Whoever searches for a class finds one idea. Private classes are read only inside of their file."""
+    places = defaultdict(list)
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places[node.name].append(name(path))
+    found = {each: files for each, files in places.items() if len(files) > 1}
+    assert not {each: files for each, files in found.items() if each not in TWINS or len(files) > 2}
+    assert found.keys() == TWINS, "a twin that is alone needs no exception"
 
 
 def test_the_rules_see_what_they_should(tmp_path, monkeypatch):

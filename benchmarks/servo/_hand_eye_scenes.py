@@ -12,7 +12,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.servo.hand_eye.measurement import (
     Arrangement,
     Guess,
-    HandEyeView,
+    HandEyeMeasurement,
     Problem,
     camera_from_target,
     information,
@@ -78,7 +78,7 @@ def facing(metres: float) -> Pose:
 
 def views(
     of: Scene, count: int = 30, pixel: float = 0.5, seed: int = 1, reading: float = 0.0
-) -> list[HandEyeView]:
+) -> list[HandEyeMeasurement]:
     """Return the views from the poses proposed for the nominal robot; encoder noise is `reading` degrees."""
     random, noise = np.random.default_rng(seed), np.radians(reading)
     seen = []
@@ -89,7 +89,7 @@ def views(
         in_camera = GRID @ pose[:3, :3].T + pose[:3, 3]
         pixels = (in_camera / in_camera[:, 2:]) @ CAMERA.matrix.T
         noisy = pixels[:, :2] + random.normal(0, pixel, (len(GRID), 2))
-        seen.append(HandEyeView(camera, target, GRID, noisy))
+        seen.append(HandEyeMeasurement(camera, target, GRID, noisy))
     return seen
 
 
@@ -108,7 +108,7 @@ def observable(of: Scene) -> Pose:
     return eye
 
 
-def spread(of: Scene, seen: list[HandEyeView]) -> float:
+def spread(of: Scene, seen: list[HandEyeMeasurement]) -> float:
     """Return the standard deviation of the camera's position, metres, for corner noise of 0.5 px."""
     known = information(Problem(of.arrangement, CAMERA), seen, of.nominal, 0.5)
     known += 1e-6 * np.eye(len(known))

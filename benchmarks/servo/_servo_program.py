@@ -63,7 +63,7 @@ class MarkerAhead:
 _assemble = servo_robots.assemble
 
 
-def assembled(options: Namespace, config: Config, stack: ExitStack) -> servo_robots.Scene:
+def assembled(options: Namespace, config: Config, stack: ExitStack) -> servo_robots.RobotScene:
     """Return the robot and camera of the command, with the simulated detection of the marker."""
     scene = _assemble(options, config, stack)
 

@@ -15,7 +15,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.rig.clock_fit import ClockEstimate, ClockFit, HostTime
-from grabbergui.rig.frame_sets import Stamp
+from grabbergui.rig.frame_sets import FrameStamp
 
 log = logging.getLogger(__name__)
 
@@ -106,7 +106,7 @@ class CameraClock:
             )
         self.state = state
 
-    def stamp(self, frame: Frame, shared: ClockEstimate | None = None) -> Stamp:
+    def stamp(self, frame: Frame, shared: ClockEstimate | None = None) -> FrameStamp:
         """Return the moment of a frame on the host's monotonic clock.
 
         `shared` maps the clock of the network if all cameras are under PTP; then only what PTP leaves is
@@ -114,7 +114,7 @@ class CameraClock:
         an uncertainty. One that its clock dates after its arrival, or long before, shows that the clock was
         set since it was read: its time is uncertain.
         """
-        arrival = Stamp(round(frame.captured * 1e9), 0, frame.frame_id)
+        arrival = FrameStamp(round(frame.captured * 1e9), 0, frame.frame_id)
         if not frame.timestamp_ns or self._wanted == "host":
             return arrival
         if shared is not None:
@@ -199,11 +199,11 @@ class CameraClock:
         return "" if value is None else str(value)
 
 
-def _believable(found: HostTime, uncertainty_ns: int, arrival: Stamp) -> Stamp:
+def _believable(found: HostTime, uncertainty_ns: int, arrival: FrameStamp) -> FrameStamp:
     latest = arrival.time_ns + found.uncertainty_ns
     if latest - LONGEST_TRANSIT_NS <= found.time_ns <= latest:
-        return Stamp(found.time_ns, uncertainty_ns, arrival.counter)
-    return Stamp(arrival.time_ns, LONGEST_TRANSIT_NS, arrival.counter)
+        return FrameStamp(found.time_ns, uncertainty_ns, arrival.counter)
+    return FrameStamp(arrival.time_ns, LONGEST_TRANSIT_NS, arrival.counter)
 
 
 def network_clock(clocks: Iterable[CameraClock]) -> ClockEstimate | None:

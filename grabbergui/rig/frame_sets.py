@@ -37,7 +37,7 @@ class SetState(Enum):
 
 
 @dataclass(frozen=True)
-class Stamp:
+class FrameStamp:
     """The moment of a frame."""
 
     time_ns: int
@@ -63,7 +63,7 @@ class SetTimes:
     wait_ns: int = 1_000_000_000
     "Time from the arrival of a set's first frame after which the set is given up."
 
-    def certain(self, stamp: Stamp) -> bool:
+    def certain(self, stamp: FrameStamp) -> bool:
         """Whether the time alone tells a frame's moment from the next one.
 
         Frames of one moment are measured at most `skew + 2 u` apart, those of different moments at least
@@ -78,12 +78,12 @@ class SetTimes:
 class FrameSet(dict[str, T], Generic[T]):
     """The frames of one moment, by the names of their cameras."""
 
-    def __init__(self, index: int, stamp: Stamp, arrived_ns: int, cameras: Sequence[str]) -> None:
+    def __init__(self, index: int, stamp: FrameStamp, arrived_ns: int, cameras: Sequence[str]) -> None:
         super().__init__()
         self.index = index
         "Counts the sets in the order of their moments, those that are not delivered included."
         self.state = SetState.INCOMPLETE
-        self.stamps: dict[str, Stamp] = {}
+        self.stamps: dict[str, FrameStamp] = {}
         self.arrived_ns = arrived_ns
         "When the first frame arrived, or the moment was announced."
         self._place_ns = stamp.time_ns
@@ -105,7 +105,7 @@ class FrameSet(dict[str, T], Generic[T]):
         """The names of the cameras without a frame in this set, in the rig's order."""
         return tuple(name for name in self._cameras if name not in self.stamps)
 
-    def distance_ns(self, stamp: Stamp) -> int:
+    def distance_ns(self, stamp: FrameStamp) -> int:
         """Return the largest time between a frame and those that are here."""
         times = [each.time_ns for each in self.stamps.values()] or [self._place_ns]
         return max(abs(stamp.time_ns - time) for time in times)
@@ -116,7 +116,7 @@ class FrameSet(dict[str, T], Generic[T]):
         self.clear()
         self.update(frames)
 
-    def put(self, camera: str, frame: T, stamp: Stamp) -> None:
+    def put(self, camera: str, frame: T, stamp: FrameStamp) -> None:
         """Add the frame of a camera that is missing."""
         self[camera] = frame
         self.stamps[camera] = stamp
@@ -146,7 +146,7 @@ class SetMatcher(Generic[T]):
         """Number of sets that wait for frames."""
         return len(self._open)
 
-    def add(self, camera: str, frame: T, stamp: Stamp, now_ns: int) -> list[FrameSet[T]]:
+    def add(self, camera: str, frame: T, stamp: FrameStamp, now_ns: int) -> list[FrameSet[T]]:
         """Assign a frame; return the finished sets."""
         if camera not in self.cameras:
             raise ValueError(f"{camera} is not one of {', '.join(self.cameras)}")
@@ -179,7 +179,7 @@ class SetMatcher(Generic[T]):
         finished, self._open = self._open, []
         return self._delivered(finished)
 
-    def _set_of(self, camera: str, stamp: Stamp, now_ns: int) -> FrameSet[T] | None:
+    def _set_of(self, camera: str, stamp: FrameStamp, now_ns: int) -> FrameSet[T] | None:
         """Return the open or a new set for a frame; None, counted, for one that belongs to none."""
         raise NotImplementedError
 
@@ -201,11 +201,11 @@ class SetMatcher(Generic[T]):
             self.statistics.count(each.state.value, each.skew_ns, each.missing)
         return [each for each in finished if not each.missing or self._deliver_incomplete]
 
-    def _is_overdue(self, stamp: Stamp) -> bool:
+    def _is_overdue(self, stamp: FrameStamp) -> bool:
         """Whether a later set, or the set of this frame, was finished before the frame arrived."""
         return self._delivered_ns is not None and stamp.time_ns <= self._delivered_ns + self.times.skew_ns
 
-    def _begin(self, stamp: Stamp, now_ns: int, index: int = 0) -> FrameSet[T]:
+    def _begin(self, stamp: FrameStamp, now_ns: int, index: int = 0) -> FrameSet[T]:
         begun: FrameSet[T] = FrameSet(index, stamp, now_ns, self.cameras)
         place = len(self._open)
         while place and self._open[place - 1].time_ns > stamp.time_ns:
@@ -213,7 +213,7 @@ class SetMatcher(Generic[T]):
         self._open.insert(place, begun)
         return begun
 
-    def _nearest(self, camera: str, stamp: Stamp) -> FrameSet[T] | None:
+    def _nearest(self, camera: str, stamp: FrameStamp) -> FrameSet[T] | None:
         """Return the open set, without a frame of this camera, that is nearest in time and near enough."""
         fitting = [
             (distance, each)
@@ -237,7 +237,7 @@ class MatchByTime(SetMatcher[T]):
         return super()._delivered(finished)
 
     @override
-    def _set_of(self, camera: str, stamp: Stamp, now_ns: int) -> FrameSet[T] | None:
+    def _set_of(self, camera: str, stamp: FrameStamp, now_ns: int) -> FrameSet[T] | None:
         if not self.times.certain(stamp):
             self.statistics.uncertain += 1
             return None
@@ -254,10 +254,10 @@ class MatchByAction(MatchByTime[T]):
 
     def expect(self, time_ns: int, now_ns: int) -> None:
         """Announce the moment of the next set."""
-        self._begin(Stamp(time_ns), now_ns)
+        self._begin(FrameStamp(time_ns), now_ns)
 
     @override
-    def _set_of(self, camera: str, stamp: Stamp, now_ns: int) -> FrameSet[T] | None:
+    def _set_of(self, camera: str, stamp: FrameStamp, now_ns: int) -> FrameSet[T] | None:
         near = self._nearest(camera, stamp) if self.times.certain(stamp) else None
         if near is None:
             self.statistics.strays += 1
@@ -291,7 +291,7 @@ class MatchByCounter(SetMatcher[T]):
         self._finished_index = -1
 
     @override
-    def _set_of(self, camera: str, stamp: Stamp, now_ns: int) -> FrameSet[T] | None:
+    def _set_of(self, camera: str, stamp: FrameStamp, now_ns: int) -> FrameSet[T] | None:
         if stamp.counter is None:
             self.statistics.strays += 1
             return None
@@ -329,7 +329,7 @@ class MatchByCounter(SetMatcher[T]):
             return None
         return self._begin_between(stamp, now_ns, index, certain=certain)
 
-    def _conflicts(self, found: FrameSet[T] | None, stamp: Stamp) -> bool:
+    def _conflicts(self, found: FrameSet[T] | None, stamp: FrameStamp) -> bool:
         """Whether two frames of one number cannot be of one moment, however wrong their times are."""
         if found is None or not self.times.period_ns:
             return False
@@ -339,7 +339,9 @@ class MatchByCounter(SetMatcher[T]):
             for other in found.stamps.values()
         )
 
-    def _begin_between(self, stamp: Stamp, now_ns: int, index: int, *, certain: bool) -> FrameSet[T] | None:
+    def _begin_between(
+        self, stamp: FrameStamp, now_ns: int, index: int, *, certain: bool
+    ) -> FrameSet[T] | None:
         begun = self._begin(stamp, now_ns, index)
         self._open.sort(key=lambda each: each.index)
         ordered = [each.time_ns for each in self._open]

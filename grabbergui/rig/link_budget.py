@@ -73,7 +73,7 @@ class CameraLoad:
 
 
 @dataclass(frozen=True)
-class Link:
+class SharedLink:
     """What all cameras share: the cable to this computer, and the switch before it."""
 
     rate: float = 125e6
@@ -111,7 +111,7 @@ class Allotment:
 class LinkBudget:
     """The shares of all cameras, and whether they fit."""
 
-    link: Link
+    link: SharedLink
     allotments: tuple[Allotment, ...]
     problems: tuple[str, ...] = ()
 
@@ -159,7 +159,7 @@ class LinkBudget:
         return rows
 
 
-def plan(loads: Sequence[CameraLoad], link: Link) -> LinkBudget:
+def plan(loads: Sequence[CameraLoad], link: SharedLink) -> LinkBudget:
     """Divide the link. All loads get a share in any case; `problems` says why frames would be lost."""
     need = sum(load.need for load in loads)
     problems = []
@@ -207,7 +207,7 @@ def _allot(load: CameraLoad, share: float, waited: float) -> Allotment:
     return Allotment(load, share, Pacing.NONE, {}, taken)
 
 
-def _overflow(allotments: Sequence[Allotment], link: Link) -> list[str]:
+def _overflow(allotments: Sequence[Allotment], link: SharedLink) -> list[str]:
     """Say if cameras that cannot be paced fill the switch's buffer together."""
     unpaced = [each for each in allotments if each.pacing is Pacing.NONE]
     rate = sum(each.load.link for each in unpaced) + sum(

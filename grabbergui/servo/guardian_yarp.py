@@ -26,7 +26,7 @@ TIMEOUT = 1.0
 "Seconds for a connection, and for an answer."
 
 
-class StreamChannel(Channel):
+class FastTcpChannel(Channel):
     """Sends a Bottle to a port over fast_tcp, without an answer: the fastest stop."""
 
     def __init__(self, port: str, nameserver: str, stop: str, dialect: str = "3.x") -> None:

@@ -166,7 +166,7 @@ _POINT = 1e-24
 
 
 @dataclass(frozen=True)
-class Contact:
+class Clearance:
     """The smallest distance, and the two shapes."""
 
     distance: float
@@ -175,7 +175,7 @@ class Contact:
     other: str
 
 
-FREE = Contact(math.inf, "", "")
+FREE = Clearance(math.inf, "", "")
 "Nothing is near."
 
 
@@ -202,7 +202,7 @@ class Body(ABC):
     """The shapes of one robot. Any thread."""
 
     @abstractmethod
-    def nearest(self, arm: Vector) -> Contact:
+    def nearest(self, arm: Vector) -> Clearance:
         """Return the smallest distance from the arm to the body at joint angles (radians)."""
 
     @abstractmethod
@@ -223,10 +223,10 @@ class CapsuleBody(Body):
         self._chain, self._radii, self._fixed = chain, tuple(radii), tuple(fixed)
         self._guarded_from = guarded_from
 
-    def nearest(self, arm: Vector) -> Contact:
+    def nearest(self, arm: Vector) -> Clearance:
         """Compare every guarded link with every fixed capsule."""
         contacts = [
-            Contact(
+            Clearance(
                 _segment_distance(link.start, link.end, part.start, part.end) - link.radius - part.radius,
                 link.name,
                 part.name,
@@ -245,10 +245,10 @@ class CapsuleBody(Body):
         return links[self._guarded_from :]
 
 
-def nearest_box(capsules: Sequence[Capsule], boxes: Sequence[Box]) -> Contact:
+def nearest_box(capsules: Sequence[Capsule], boxes: Sequence[Box]) -> Clearance:
     """Return the smallest distance from capsules to boxes."""
     contacts = [
-        Contact(_box_distance(capsule.start, capsule.end, box) - capsule.radius, capsule.name, box.name)
+        Clearance(_box_distance(capsule.start, capsule.end, box) - capsule.radius, capsule.name, box.name)
         for capsule in capsules
         for box in boxes
     ]

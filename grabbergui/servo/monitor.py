@@ -34,7 +34,7 @@ OUTSIDE = 0.005
 
 
 @dataclass(frozen=True)
-class Limits:
+class SpeedLimits:
     """The highest speeds."""
 
     speed: float = math.inf
@@ -65,12 +65,12 @@ class Observation:
     "Seconds between the readings of the hand and of its joints."
     outside: float = 0.0
     "Metres by which the hand is outside the workspace."
-    limits: Limits = Limits()
+    limits: SpeedLimits = SpeedLimits()
 
     @classmethod
     def read(cls, sent: dict[str, Any]) -> Observation:
         """Return the observation that `asdict` turned into `sent`."""
-        return cls(**{**sent, "limits": Limits(**sent["limits"])})
+        return cls(**{**sent, "limits": SpeedLimits(**sent["limits"])})
 
 
 class Monitor:

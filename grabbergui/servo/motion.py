@@ -21,11 +21,11 @@ from grabbergui.servo.kinematics import (
     Body,
     Box,
     Chain,
-    Contact,
+    Clearance,
     nearest_box,
     parse_boxes,
 )
-from grabbergui.servo.monitor import Limits, Observation
+from grabbergui.servo.monitor import Observation, SpeedLimits
 from grabbergui.servo.robots.robot import KinematicModel, RobotState
 
 STOPPING_S = 0.2
@@ -64,7 +64,7 @@ class Space:
         self._arm: Chain = model.arm
         self._body: Body | None = model.body
         self._obstacles: tuple[Box, ...] = parse_boxes(config.safety.obstacles)
-        self._before: tuple[Vector, Contact] | None = None
+        self._before: tuple[Vector, Clearance] | None = None
         "The last pose from which an arm that is too near set out, and its contact: slow to compute."
 
     def outside(self, place: Vector) -> Vector:
@@ -89,12 +89,12 @@ class Space:
             return ""
         return f"{contact.part} would come within {1e3 * max(contact.distance, 0):.0f} mm of {contact.other}"
 
-    def _nearest_from(self, here: Vector) -> Contact:
+    def _nearest_from(self, here: Vector) -> Clearance:
         if self._before is None or not np.array_equal(self._before[0], here):
             self._before = here, self._nearest(here)
         return self._before[1]
 
-    def _nearest(self, arm: Vector) -> Contact:
+    def _nearest(self, arm: Vector) -> Clearance:
         if self._body is None:
             return FREE
         contacts = [self._body.nearest(arm)]
@@ -103,10 +103,10 @@ class Space:
         return min(contacts, key=lambda contact: contact.distance)
 
 
-def limits_of(config: Config) -> Limits:
+def limits_of(config: Config) -> SpeedLimits:
     """Return the highest speeds of hand and head."""
     arm = config.arm
-    return Limits(
+    return SpeedLimits(
         max(arm.fastest, arm.follow), math.radians(arm.fastest_turn), math.radians(config.head.fastest)
     )
 
@@ -124,7 +124,7 @@ def limits_text(model: KinematicModel, config: Config) -> str:
 
 
 def planned(
-    arm: Chain, space: Space, limits: Limits, angles: Vector, wanted: Vector, age: float, before: Vector
+    arm: Chain, space: Space, limits: SpeedLimits, angles: Vector, wanted: Vector, age: float, before: Vector
 ) -> Plan:
     """Return the motion nearest to a twist that stays within all limits until it can have been stopped.
 
@@ -187,7 +187,7 @@ class Observer:
         """Note that nothing is commanded from `now` on."""
         self.command(now, np.zeros(len(self._velocity) - 2), np.zeros(2))
 
-    def look(self, now: float, state: RobotState, space: Space, limits: Limits) -> Observation | None:
+    def look(self, now: float, state: RobotState, space: Space, limits: SpeedLimits) -> Observation | None:
         """Return what there is to compare; None without a new reading."""
         self._advance(now)
         if not state.sound or state.time <= self._seen:

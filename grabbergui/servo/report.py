@@ -39,7 +39,7 @@ _LONGEST = 100_000
 "Number of control cycles that are kept: more than half an hour's."
 
 
-class Recorder:
+class RunRecorder:
     """Records a run. Use `add` on the loop's thread, `finish` afterwards."""
 
     def __init__(self, folder: Path, calibration: Callable[[int, int], Calibration]) -> None:

@@ -6,12 +6,12 @@ from hypothesis import strategies as st
 
 from grabbergui.rig.frame_sets import (
     MOST_OPEN,
+    FrameStamp,
     MatchByAction,
     MatchByCounter,
     MatchByTime,
     SetState,
     SetTimes,
-    Stamp,
 )
 
 MS = 1_000_000
@@ -65,7 +65,7 @@ def check(sets, matcher, frames):
 def test_no_order_and_loss_mismatches_sets_by_time(journey):
     _, frames = journey
     matcher = MatchByTime(NAMES, TIMES)
-    sets = run(matcher, frames, lambda name, index, measured: Stamp(measured, 4 * MS))
+    sets = run(matcher, frames, lambda name, index, measured: FrameStamp(measured, 4 * MS))
     check(sets, matcher, frames)
 
 
@@ -75,7 +75,7 @@ def test_no_order_and_loss_mismatches_sets_by_action(journey, late):
     matcher = MatchByAction(NAMES, TIMES)
     for moment in times:
         matcher.expect(moment, moment)
-    sets = run(matcher, frames, lambda name, index, measured: Stamp(measured, 4 * MS))
+    sets = run(matcher, frames, lambda name, index, measured: FrameStamp(measured, 4 * MS))
     check(sets, matcher, frames)
     assert all(each.index == next(iter(each.values())) for each in sets if each)
 
@@ -85,7 +85,7 @@ def test_no_order_and_loss_mismatches_sets_by_counter(journey, with_clocks):
     _, frames = journey
     matcher = MatchByCounter(NAMES, TIMES)
     uncertainty = 4 * MS if with_clocks else 10**12
-    sets = run(matcher, frames, lambda name, index, measured: Stamp(measured, uncertainty, index + 1))
+    sets = run(matcher, frames, lambda name, index, measured: FrameStamp(measured, uncertainty, index + 1))
     for each in sets:
         assert len(set(each.values())) <= 1
 
@@ -102,7 +102,7 @@ def test_a_camera_that_misses_triggers_is_put_right_by_its_clock(journey, data):
         numbers |= {(name, index): number for number, index in enumerate(taken, 1)}
     frames = [frame for frame in frames if (frame[1], frame[2]) in numbers]
     matcher = MatchByCounter(NAMES, TIMES)
-    sets = run(matcher, frames, lambda name, index, t: Stamp(t, 4 * MS, numbers[name, index]))
+    sets = run(matcher, frames, lambda name, index, t: FrameStamp(t, 4 * MS, numbers[name, index]))
     for each in sets:
         assert len(set(each.values())) <= 1
     times = [each.time_ns for each in sets]
@@ -114,7 +114,7 @@ def test_in_order_and_without_loss_every_set_is_complete():
         sets = []
         for index in range(100):
             for name in NAMES:
-                sets += matcher.add(name, index, Stamp(index * 40 * MS, 0, index + 1), index * 40 * MS)
+                sets += matcher.add(name, index, FrameStamp(index * 40 * MS, 0, index + 1), index * 40 * MS)
         assert [each.state for each in sets] == [SetState.COMPLETE] * 100
         assert matcher.statistics.counts().skew_worst_ns == 0 and matcher.waiting == 0
 
@@ -125,7 +125,7 @@ def test_a_counter_goes_on_after_its_largest_number():
     for index in range(0xFFFF - 10, 0xFFFF + 10):
         number = index % 0xFFFF + 1
         for name in ("a", "b"):
-            sets += matcher.add(name, index, Stamp(index * 40 * MS, 10**12, number), index)
+            sets += matcher.add(name, index, FrameStamp(index * 40 * MS, 10**12, number), index)
     assert [(each["a"], each["b"]) for each in sets] == [(n, n) for n in range(0xFFFF - 10, 0xFFFF + 10)]
     assert [each.index for each in sets] == list(range(20))
 
@@ -136,8 +136,8 @@ def test_a_missed_trigger_shifts_no_later_set():
     for index in range(20):
         moment = index * 40 * MS
         if index != 5:  # b was busy and did not count it
-            sets += matcher.add("b", index, Stamp(moment, 0, index + 1 - (index > 5)), moment)
-        sets += matcher.add("a", index, Stamp(moment, 0, index + 1), moment)
+            sets += matcher.add("b", index, FrameStamp(moment, 0, index + 1 - (index > 5)), moment)
+        sets += matcher.add("a", index, FrameStamp(moment, 0, index + 1), moment)
     sets += matcher.flush()
     assert [each.index for each in sets if each.missing] in ([5], [5, 6])
     assert sum(not each.missing for each in sets) >= 18 and matcher.statistics.slips == 1
@@ -145,15 +145,15 @@ def test_a_missed_trigger_shifts_no_later_set():
 
 def test_a_late_set_and_one_that_is_given_up():
     matcher = MatchByTime(("a", "b"), TIMES)
-    assert matcher.add("a", 0, Stamp(0), 0) == []
-    (late,) = matcher.add("b", 0, Stamp(1000), 101 * MS)
+    assert matcher.add("a", 0, FrameStamp(0), 0) == []
+    (late,) = matcher.add("b", 0, FrameStamp(1000), 101 * MS)
     assert late.state is SetState.LATE and late.skew_ns == 1000
-    assert matcher.add("a", 1, Stamp(40 * MS), 140 * MS) == []
+    assert matcher.add("a", 1, FrameStamp(40 * MS), 140 * MS) == []
     assert matcher.next_deadline_ns() == 640 * MS
     assert matcher.advance(639 * MS) == []
     (given_up,) = matcher.advance(640 * MS)
     assert given_up.missing == ("b",) and given_up.state is SetState.INCOMPLETE
-    assert matcher.add("b", 1, Stamp(40 * MS), 700 * MS) == []
+    assert matcher.add("b", 1, FrameStamp(40 * MS), 700 * MS) == []
     counts = matcher.statistics.counts()
     assert (counts.overdue, counts.incomplete, counts.missing) == (1, 1, {"a": 0, "b": 1})
     assert "1 incomplete (missing: b 1)" in str(counts) and "1 frames too late" in str(counts)
@@ -161,19 +161,19 @@ def test_a_late_set_and_one_that_is_given_up():
 
 def test_a_lost_frame_is_known_from_the_next_one():
     matcher = MatchByTime(("a", "b"), TIMES)
-    matcher.add("a", 0, Stamp(0), 0)
-    matcher.add("a", 1, Stamp(40 * MS), 40 * MS)
-    sets = matcher.add("b", 1, Stamp(40 * MS), 41 * MS)
+    matcher.add("a", 0, FrameStamp(0), 0)
+    matcher.add("a", 1, FrameStamp(40 * MS), 40 * MS)
+    sets = matcher.add("b", 1, FrameStamp(40 * MS), 41 * MS)
     assert [each.missing for each in sets] == [("b",), ()]
 
 
 def test_incomplete_sets_may_be_left_out_and_a_lost_camera_is_not_waited_for():
     matcher = MatchByTime(("a", "b"), TIMES, deliver_incomplete=False)
     matcher.set_present("b", present=False)
-    assert matcher.add("a", 0, Stamp(0), 0) == []
+    assert matcher.add("a", 0, FrameStamp(0), 0) == []
     assert matcher.waiting == 0 and matcher.statistics.counts().incomplete == 1
-    matcher.add("b", 1, Stamp(40 * MS), 40 * MS)  # it is back
-    assert len(matcher.add("a", 1, Stamp(40 * MS), 40 * MS)) == 1
+    matcher.add("b", 1, FrameStamp(40 * MS), 40 * MS)  # it is back
+    assert len(matcher.add("a", 1, FrameStamp(40 * MS), 40 * MS)) == 1
 
 
 def test_an_expected_moment_without_any_frame_is_an_incomplete_set():
@@ -185,16 +185,16 @@ def test_an_expected_moment_without_any_frame_is_an_incomplete_set():
 
 def test_frames_with_an_uncertain_time_are_left_out():
     matcher = MatchByTime(("a", "b"), TIMES)
-    matcher.add("a", 0, Stamp(0, 11 * MS), 0)
+    matcher.add("a", 0, FrameStamp(0, 11 * MS), 0)
     assert matcher.waiting == 0 and matcher.statistics.uncertain == 1
 
 
 def test_memory_is_bounded_and_strangers_are_refused():
     matcher = MatchByTime(("a", "b"), SetTimes(tolerance_ns=10 * MS, wait_ns=10**18))
-    finished = [matcher.add("a", index, Stamp(index * 40 * MS), 0) for index in range(200)]
+    finished = [matcher.add("a", index, FrameStamp(index * 40 * MS), 0) for index in range(200)]
     assert matcher.waiting == MOST_OPEN and sum(map(len, finished)) == 200 - MOST_OPEN
     with pytest.raises(ValueError, match="c is not one of a, b"):
-        matcher.add("c", 0, Stamp(0), 0)
+        matcher.add("c", 0, FrameStamp(0), 0)
 
 
 @settings(max_examples=20)
@@ -204,6 +204,6 @@ def test_cameras_that_run_free_are_paired_within_the_tolerance(phase_a, phase_b)
     matcher = MatchByTime(("a", "b"), SetTimes(tolerance_ns=period // 2, wait_ns=10**18))
     frames = [(phase_a % period + index * period, "a") for index in range(50)]
     frames += [(phase_b % period + index * period, "b") for index in range(50)]
-    sets = [each for time, name in sorted(frames) for each in matcher.add(name, time, Stamp(time), time)]
+    sets = [each for time, name in sorted(frames) for each in matcher.add(name, time, FrameStamp(time), time)]
     assert sum(not each.missing for each in sets) >= 48
     assert all(each.skew_ns <= period // 2 for each in sets)

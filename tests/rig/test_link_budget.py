@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grabbergui.rig.link_budget import ETHERNET, CameraLoad, Link, Pacing, plan
+from grabbergui.rig.link_budget import ETHERNET, CameraLoad, Pacing, SharedLink, plan
 
-GIGABIT = Link()
+GIGABIT = SharedLink()
 
 
 class Switch:
@@ -108,7 +108,7 @@ def test_cameras_that_can_only_delay_frames_send_in_turns():
 
 def test_a_usb_camera_gets_a_throughput_limit():
     (each,) = plan(
-        [CameraLoad("u", 2_000_000, 30, 0, 400e6, means=(Pacing.THROUGHPUT_LIMIT,))], Link(400e6)
+        [CameraLoad("u", 2_000_000, 30, 0, 400e6, means=(Pacing.THROUGHPUT_LIMIT,))], SharedLink(400e6)
     ).allotments
     assert each.settings == {"DeviceLinkThroughputLimit": 360_000_000}
 
@@ -125,7 +125,7 @@ def test_cameras_without_means_are_named_if_the_buffer_is_too_small():
     loads = six(0.5, means=())
     (problem,) = plan(loads, GIGABIT).problems
     assert "camera0, camera1" in problem and "128 kB" in problem
-    assert plan(loads, Link(buffer=100e6)).fits
+    assert plan(loads, SharedLink(buffer=100e6)).fits
     assert send(plan(loads, GIGABIT), 1, planned=True).dropped > 0
 
 

@@ -315,7 +315,7 @@ def test_a_camera_that_sends_its_last_image_for_ever_moves_nothing(repeating):
 
 # -- what is left behind -------------------------------------------------------------------------
 def test_the_report_of_a_run(tmp_path):
-    recorder = report.Recorder(tmp_path / "out", closed_loop.calibration().scaled_to)
+    recorder = report.RunRecorder(tmp_path / "out", closed_loop.calibration().scaled_to)
     for cycle in cycles_to_the_marker():
         recorder.add(cycle, None, None)
     written = recorder.finish({"true_error_mm": float("nan"), "limit_violations": 0})
@@ -327,7 +327,7 @@ def test_the_report_of_a_run(tmp_path):
 
 
 def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path, monkeypatch, caplog):
-    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+    recorder = report.RunRecorder(tmp_path, closed_loop.calibration().scaled_to)
     frame = frame_of(np.zeros((closed_loop.HEIGHT, closed_loop.WIDTH), np.uint8))
 
     def full(self, pixels, time):
@@ -344,7 +344,7 @@ def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path
 
 
 def test_plots_that_cannot_be_written_are_missed_aloud(tmp_path, caplog):
-    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+    recorder = report.RunRecorder(tmp_path, closed_loop.calibration().scaled_to)
     (tmp_path / "plots.png").mkdir()
     for cycle in cycles_to_the_marker():
         recorder.add(cycle, None, None)
@@ -355,7 +355,7 @@ def test_plots_that_cannot_be_written_are_missed_aloud(tmp_path, caplog):
 
 
 def test_a_report_on_a_full_disk_is_named(tmp_path, monkeypatch):
-    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+    recorder = report.RunRecorder(tmp_path, closed_loop.calibration().scaled_to)
 
     def full(path, content):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -388,7 +388,7 @@ def unread_pipe():
 
 
 def test_an_empty_run_has_a_report_too(tmp_path):
-    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
+    recorder = report.RunRecorder(tmp_path, closed_loop.calibration().scaled_to)
     assert recorder.finish({})["reached"] is False
     assert not (tmp_path / "plots.png").exists()
 
@@ -396,7 +396,7 @@ def test_an_empty_run_has_a_report_too(tmp_path):
 def test_a_report_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match=r"cannot go to \S+: Not a directory$"):
-        report.Recorder(tmp_path / "file" / "below", closed_loop.calibration().scaled_to)
+        report.RunRecorder(tmp_path / "file" / "below", closed_loop.calibration().scaled_to)
 
 
 def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():

@@ -16,7 +16,7 @@ from benchmarks.servo.servo_guardian import running
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.servo.guardian import REPEATS, Channel, Keeper, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, GuardianLink, Verdict
-from grabbergui.servo.monitor import Limits, Observation
+from grabbergui.servo.monitor import Observation, SpeedLimits
 from patience import PATIENCE, PROGRAM, until
 
 SILENCE = 0.08
@@ -188,7 +188,7 @@ def test_another_may_take_its_time_to_start_though_the_loop_goes_on_beating(link
 def test_a_robot_that_does_something_else_is_stopped_until_a_person_resumes(link):
     """The monitor runs in the guardian's process: a second program moved the arm by 593 mm."""
     link.await_ready()
-    still = Observation(1.0, (0.0,) * 8, 1.0, (0.0,) * 8, limits=Limits(0.12, 0.6, 0.7))
+    still = Observation(1.0, (0.0,) * 8, 1.0, (0.0,) * 8, limits=SpeedLimits(0.12, 0.6, 0.7))
     link.observe(still)
     link.observe(replace(still, now=1.02, time=1.02, measured=(0.1, *still.measured[1:])))
     verdict = until(lambda: (found := link.beat(lambda: True)).for_good and found)

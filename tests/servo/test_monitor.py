@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 
 import pytest
 
-from grabbergui.servo.monitor import Limits, Monitor, Observation
+from grabbergui.servo.monitor import Monitor, Observation, SpeedLimits
 
 LAG, DT = 0.15, 0.02
 SPEED = 0.3
@@ -97,7 +97,7 @@ def test_a_head_that_moves_by_itself_is_named():
 )
 def test_each_reading_is_checked(changes, why):
     monitor = Monitor(LAG)
-    seen = Observation(0.0, (0.0,) * 3, 0.0, (0.0,) * 3, limits=Limits(0.12, 0.6, 0.7))
+    seen = Observation(0.0, (0.0,) * 3, 0.0, (0.0,) * 3, limits=SpeedLimits(0.12, 0.6, 0.7))
     assert monitor.look(seen) == ""
     assert why in (found := monitor.look(replace(seen, now=0.02, time=0.02, **changes)))
     assert bool(found) is bool(why)
@@ -113,7 +113,7 @@ def test_a_hand_that_begins_outside_may_come_back_but_not_go_further():
 
 @pytest.mark.parametrize(("speed", "too_fast"), [(0.12, False), (0.2, True)])
 def test_a_hand_that_is_faster_than_its_limit_is_stopped(speed, too_fast):
-    places = {"hand": lambda now: (speed * now, 0.0, 0.0), "limits": lambda now: Limits(speed=0.12)}
+    places = {"hand": lambda now: (speed * now, 0.0, 0.0), "limits": lambda now: SpeedLimits(speed=0.12)}
     _, why = Watched(ramp(), ramp(), **places).run(1)
     assert ("200 mm/s; its limit is 120 mm/s" in why) is too_fast
 
@@ -129,5 +129,5 @@ def test_a_person_who_resumes_lets_it_start_again():
 
 
 def test_an_observation_survives_the_pipe():
-    seen = Observation(1.0, (0.1,) * 8, 0.9, (0.2,) * 8, (1.0, 2.0, 3.0), limits=Limits(0.12, 0.6, 0.7))
+    seen = Observation(1.0, (0.1,) * 8, 0.9, (0.2,) * 8, (1.0, 2.0, 3.0), limits=SpeedLimits(0.12, 0.6, 0.7))
     assert Observation.read(asdict(seen)) == replace(seen)

@@ -101,7 +101,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
 
 
 def _hand_eye_in_window(
-    scene: servo_robots.Scene,
+    scene: servo_robots.RobotScene,
     gate: CommandGate,
     config: Config,
     options: argparse.Namespace,

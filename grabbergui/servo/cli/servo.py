@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from grabbergui.core.frame import Frame
     from grabbergui.servo.config import Config, MarkerConfig
     from grabbergui.servo.loop import ControlCycle
-    from grabbergui.servo.report import Recorder
+    from grabbergui.servo.report import RunRecorder
     from grabbergui.servo.runner import Runner
 
 log = logging.getLogger(__name__)
@@ -177,14 +177,14 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _follow(
-    runner: Runner, options: argparse.Namespace, scene: servo_robots.Scene, stop: threading.Event
+    runner: Runner, options: argparse.Namespace, scene: servo_robots.RobotScene, stop: threading.Event
 ) -> int:
     """Run until the time is up, the loop ends, or the user ends it."""
     from grabbergui.servo.motion import limits_text
-    from grabbergui.servo.report import Recorder
+    from grabbergui.servo.report import RunRecorder
     from grabbergui.servo.runner import HELD
 
-    recorder: Recorder | None = Recorder(options.report, scene.calibration) if options.report else None
+    recorder: RunRecorder | None = RunRecorder(options.report, scene.calibration) if options.report else None
     outcome = _Outcome()
 
     def turned(cycle: ControlCycle, frame: Frame | None) -> None:
@@ -235,7 +235,7 @@ def _follow(
 
 
 def _window(
-    options: argparse.Namespace, stop: threading.Event, scene: servo_robots.Scene, runner: Runner
+    options: argparse.Namespace, stop: threading.Event, scene: servo_robots.RobotScene, runner: Runner
 ) -> Callable[[Runner, CalibrationFor], str]:
     with importing_window("or add --headless"):
         from grabbergui.servo.ui.servo_process import servo_in_own_process

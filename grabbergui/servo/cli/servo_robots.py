@@ -40,7 +40,7 @@ YARP_PREFIX = ROS2_PREFIX = "/grabbergui/servo"
 
 
 @dataclass(frozen=True)
-class Scene:
+class RobotScene:
     """An opened robot and camera."""
 
     robot: Robot
@@ -115,7 +115,7 @@ def add_tiago(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> RobotScene:
     """Open robot and camera; `stack` closes them. Raises GrabberError."""
     return _ROBOTS[options.robot](options, config, stack)
 
@@ -173,7 +173,7 @@ def placement(options: argparse.Namespace) -> CameraMount:
 
 
 def hand_eye_stand(
-    scene: Scene, gate: CommandGate, config: Config, options: argparse.Namespace, file: Path | None
+    scene: RobotScene, gate: CommandGate, config: Config, options: argparse.Namespace, file: Path | None
 ) -> HandEyeStand:
     """Return what the window needs to calibrate hand and eye; `file` is the robot's."""
     from grabbergui.servo.hand_eye.run import VIEWS
@@ -215,17 +215,19 @@ def tiago_topics(options: argparse.Namespace) -> Topics:
     return Topics(**topics, **frame)
 
 
-def _sim_teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def _sim_teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> RobotScene:
     from grabbergui.servo.robots import teo
 
     return _simulated(teo.MODEL, options, config, stack)
 
 
-def _sim_tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def _sim_tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> RobotScene:
     return _simulated(tiago_model(options), options, config, stack)
 
 
-def _simulated(model: KinematicModel, options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def _simulated(
+    model: KinematicModel, options: argparse.Namespace, config: Config, stack: ExitStack
+) -> RobotScene:
     from grabbergui.calibration import geometry
     from grabbergui.driver.sim import rendered_scene
     from grabbergui.driver.sim.rendered_scene import Things
@@ -240,12 +242,14 @@ def _simulated(model: KinematicModel, options: argparse.Namespace, config: Confi
     stack.callback(robot.close)
     if options.source:
         grabber = stack.enter_context(opened(options.source))
-        return Scene(robot, grabber, _calibration(options, grabber))
+        return RobotScene(robot, grabber, _calibration(options, grabber))
     if eye:
         grabber = closed_loop.hand_eye_camera(robot, config.marker, eye)
         grabber.open()
         stack.callback(grabber.close)
-        return Scene(robot, grabber, closed_loop.calibration().scaled_to, cameras=SimulatedCameras(robot))
+        return RobotScene(
+            robot, grabber, closed_loop.calibration().scaled_to, cameras=SimulatedCameras(robot)
+        )
     board = rendered_scene.board_pose()
     things = closed_loop.things_for(
         config.marker, Things(board=lambda seconds: board if seconds >= BOARD_SHOWN_S else None)
@@ -265,10 +269,10 @@ def _simulated(model: KinematicModel, options: argparse.Namespace, config: Confi
 
     given = options.calibration is not None or options.field_of_view is not None
     calibration = _calibration(options, grabber) if given else closed_loop.calibration().scaled_to
-    return Scene(robot, grabber, calibration, truth, cameras=SimulatedCameras(robot))
+    return RobotScene(robot, grabber, calibration, truth, cameras=SimulatedCameras(robot))
 
 
-def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> RobotScene:
     from grabbergui.net.yarp.os.name_client import NameClient
     from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 
@@ -280,10 +284,10 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
     guardian = None if options.dry_run else _guardian(robot, config, stack)
     robot.open()
     stack.callback(robot.close)
-    return Scene(robot, grabber, calibration, real=True, guardian=guardian)
+    return RobotScene(robot, grabber, calibration, real=True, guardian=guardian)
 
 
-def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> RobotScene:
     from grabbergui.net.ros2.image_messages import receive_camera_info
     from grabbergui.servo.robots import tiago, tiago_ros2
 
@@ -305,7 +309,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
     robot.open()
     grabber = stack.enter_context(opened(source))
     calibration = _calibration(options, grabber) if received is None else received.scaled_to
-    return Scene(robot, grabber, calibration, real=True, guardian=guardian)
+    return RobotScene(robot, grabber, calibration, real=True, guardian=guardian)
 
 
 def _described_urdf(stack: ExitStack) -> Path | None:

@@ -76,7 +76,7 @@ class Arrangement:
 
 
 @dataclass(frozen=True, eq=False)
-class HandEyeView:
+class HandEyeMeasurement:
     """The target in an image, and the joint readings."""
 
     camera_angles: Vector
@@ -144,13 +144,13 @@ class Problem:
             *offsets,
         )
 
-    def residuals(self, view: HandEyeView, guess: Guess) -> Vector:
+    def residuals(self, view: HandEyeMeasurement, guess: Guess) -> Vector:
         """Return (2 n,) pixels from the detected corners to those expected by the guess."""
         return self.residuals_at(
             view, camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
         )
 
-    def residuals_at(self, view: HandEyeView, pose: Pose) -> Vector:
+    def residuals_at(self, view: HandEyeMeasurement, pose: Pose) -> Vector:
         """Return the same for the target's pose in the camera's optical frame."""
         seen, _ = cv2.projectPoints(
             view.points,
@@ -161,16 +161,16 @@ class Problem:
         )
         return np.ravel(np.asarray(seen, np.float64).reshape(-1, 2) - view.pixels)
 
-    def jacobian(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+    def jacobian(self, view: HandEyeMeasurement, guess: Guess) -> NDArray[np.float64]:
         """Return (2 n, size): the residuals' derivatives by the parameters."""
         findable = np.concatenate((np.ones(12, bool), *self._free))
         return self._derivatives(view, guess)[:, findable]
 
-    def by_readings(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+    def by_readings(self, view: HandEyeMeasurement, guess: Guess) -> NDArray[np.float64]:
         """Return (2 n, joints): the residuals' derivatives by the readings of all joints."""
         return self._derivatives(view, guess)[:, 12:]
 
-    def _derivatives(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+    def _derivatives(self, view: HandEyeMeasurement, guess: Guess) -> NDArray[np.float64]:
         """Return (2 n, 12 + joints): derivatives by both poses, then by all joints of both chains.
 
         A parameter moves the camera or the target by a twist. That displaces each corner in the camera's
@@ -198,7 +198,7 @@ class Problem:
         pixels: NDArray[np.float64] = np.einsum("nij,knj->nik", by_place, moved)
         return pixels.reshape(2 * len(corners), -1)
 
-    def error(self, view: HandEyeView, guess: Guess) -> float:
+    def error(self, view: HandEyeMeasurement, guess: Guess) -> float:
         """Return the root mean square distance of a view's corners, pixels."""
         return root_mean_square(self.residuals(view, guess))
 
@@ -233,7 +233,7 @@ def _displacements(twists: NDArray[np.float64], arms: NDArray[np.float64]) -> ND
 
 
 def information(
-    problem: Problem, views: Sequence[HandEyeView], guess: Guess, pixel: float
+    problem: Problem, views: Sequence[HandEyeMeasurement], guess: Guess, pixel: float
 ) -> NDArray[np.float64]:
     """Return (size, size): the information of views and prior about the parameters.
 

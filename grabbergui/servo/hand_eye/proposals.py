@@ -15,7 +15,7 @@ from grabbergui.core.errors import CalibrationError
 from grabbergui.servo.hand_eye.measurement import (
     Arrangement,
     Guess,
-    HandEyeView,
+    HandEyeMeasurement,
     Joints,
     Problem,
     camera_from_target,
@@ -38,7 +38,7 @@ def propose(
     points: NDArray[np.float64],
     calibration: Calibration,
     count: int,
-    known: Sequence[HandEyeView] = (),
+    known: Sequence[HandEyeMeasurement] = (),
     tries: int = 4000,
     seed: int = 0,
 ) -> list[tuple[Vector, Vector]]:
@@ -56,7 +56,7 @@ def propose(
         seen = camera_from_target(arrangement, guess, camera, target)
         pixels = _seen_whole(seen, points, calibration)
         if pixels is not None:
-            candidates.append(HandEyeView(camera, target, points, pixels))
+            candidates.append(HandEyeMeasurement(camera, target, points, pixels))
         if len(candidates) >= 8 * count:
             break
     if len(candidates) < count:

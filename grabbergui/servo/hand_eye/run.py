@@ -27,7 +27,7 @@ from grabbergui.core.errors import CalibrationError, SourceUnavailableError, Usa
 from grabbergui.servo.config import Config
 from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.hand_eye.measurement import Arrangement, Guess, HandEyeView, Joints
+from grabbergui.servo.hand_eye.measurement import Arrangement, Guess, HandEyeMeasurement, Joints
 from grabbergui.servo.hand_eye.proposals import propose
 from grabbergui.servo.hand_eye.solver import FEWEST_VIEWS, HandEyeResult, solve
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
@@ -134,7 +134,7 @@ class HandEyeRun:
         self._arrangement = arrangement(eye, robot.model)
         self._calibration, self._config = calibration, config
         self._clock, self._pause, self._report = clock, pause, report
-        self._views: list[HandEyeView] = []
+        self._views: list[HandEyeMeasurement] = []
         self._wanted = 0
         self._stops = gate.stops
 
@@ -162,7 +162,7 @@ class HandEyeRun:
         return self.solve()
 
     @property
-    def views(self) -> list[HandEyeView]:
+    def views(self) -> list[HandEyeMeasurement]:
         """The views taken so far. Any thread."""
         return list(self._views)
 
@@ -237,7 +237,7 @@ class HandEyeRun:
             return self._skip(Skip.NOT_AT_REST)
         nothing = np.zeros(0)
         camera, target = (nothing, after) if self._eye == "fixed" else (after, nothing)
-        self._views.append(HandEyeView(camera, target, seen.points, seen.pixels))
+        self._views.append(HandEyeMeasurement(camera, target, seen.points, seen.pixels))
         self._say(f"view {len(self._views)} of {self._wanted}", Step.VIEW)
         return True
 

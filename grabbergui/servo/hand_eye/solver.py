@@ -23,7 +23,7 @@ from grabbergui.servo.hand_eye.measurement import (
     OFFSET_SPREAD,
     Arrangement,
     Guess,
-    HandEyeView,
+    HandEyeMeasurement,
     Problem,
     camera_from_target,
     root_mean_square,
@@ -69,7 +69,9 @@ class HandEyeResult(Guess):
         return math.sqrt(float(spread[:3].sum())), math.sqrt(float(spread[3:].sum()))
 
 
-def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: Calibration) -> HandEyeResult:
+def solve(
+    arrangement: Arrangement, views: Sequence[HandEyeMeasurement], calibration: Calibration
+) -> HandEyeResult:
     """Find camera, target and joint offsets. Raises CalibrationError for too few views or too little motion.
 
     The noise of corners is measured by fitting the target to each image alone; the noise of joint readings is
@@ -83,7 +85,7 @@ def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: C
         raise CalibrationError(_TOO_LITTLE) from error
 
 
-def _solved(problem: Problem, views: Sequence[HandEyeView]) -> HandEyeResult:
+def _solved(problem: Problem, views: Sequence[HandEyeMeasurement]) -> HandEyeResult:
     start, pixel, method = _start(problem, views)
     best = _best_fit(problem, views, start, pixel)
     strange = [best.strangeness(view, best.guess) for view in views]
@@ -113,7 +115,7 @@ class _Fit:
     """The most likely guess for a given noise of corners and joint readings, by Levenberg–Marquardt."""
 
     def __init__(
-        self, problem: Problem, views: Sequence[HandEyeView], start: Guess, pixel: float, spread: float
+        self, problem: Problem, views: Sequence[HandEyeMeasurement], start: Guess, pixel: float, spread: float
     ) -> None:
         self.spread = spread
         self._problem, self._views, self._pixel = problem, views, pixel
@@ -124,7 +126,7 @@ class _Fit:
         self.guess = self._descended(self.guess)
         self.likelihood = self._trimmed_likelihood()
 
-    def strangeness(self, view: HandEyeView, guess: Guess) -> float:
+    def strangeness(self, view: HandEyeMeasurement, guess: Guess) -> float:
         """Return the root mean square error of a view relative to its noise."""
         white = self._whitened(view, guess) @ self._problem.residuals(view, guess)
         return math.sqrt(float(white @ white) / len(white))
@@ -189,20 +191,20 @@ class _Fit:
             each.append(float(np.log(np.diag(weight)).sum()) - 0.5 * float(white @ white))
         return sum(sorted(each)[math.ceil(len(each) / 10) :])
 
-    def _whitened(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+    def _whitened(self, view: HandEyeMeasurement, guess: Guess) -> NDArray[np.float64]:
         """Return the (2 n, 2 n) matrix that makes a view's residuals independent and of unit variance."""
         moved = self._problem.by_readings(view, guess) * self.spread
         covariance = self._pixel**2 * np.eye(len(moved)) + moved @ moved.T
         return np.linalg.inv(np.linalg.cholesky(covariance)).astype(np.float64)
 
 
-def _best_fit(problem: Problem, views: Sequence[HandEyeView], start: Guess, pixel: float) -> _Fit:
+def _best_fit(problem: Problem, views: Sequence[HandEyeMeasurement], start: Guess, pixel: float) -> _Fit:
     """Return the most likely fit over the noise of joint readings."""
     fits = (_Fit(problem, views, start, pixel, spread) for spread in READING_SPREADS)
     return max(fits, key=lambda fit: fit.likelihood)
 
 
-def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float, str]:
+def _start(problem: Problem, views: Sequence[HandEyeMeasurement]) -> tuple[Guess, float, str]:
     """Return the best of OpenCV's closed-form solutions, the noise of corners in pixels, and its method."""
     arrangement, calibration = problem.arrangement, problem.calibration
     none = [

@@ -270,7 +270,7 @@ _HEAD_MOVE_S, _ARM_MOVE_S, _REST_S = 1.5, 3.5, 1.0
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """Limits of the motion of a run, for a person to agree to."""
 
     eye: str
@@ -288,15 +288,15 @@ class Plan:
     "Estimated duration."
 
 
-def plan(eye: str, model: KinematicModel, config: Config, views: int) -> Plan:
+def plan(eye: str, model: KinematicModel, config: Config, views: int) -> RunPlan:
     """Return the plan of a run."""
     speed = config.loop.speed
     if eye == "head":
         seconds = views * (_HEAD_MOVE_S / speed + _REST_S)
         limits = (_degrees(model.head.low), _degrees(model.head.high))
-        return Plan(eye, views, 0, speed * config.head.fastest, *limits, 0.0, seconds)
+        return RunPlan(eye, views, 0, speed * config.head.fastest, *limits, 0.0, seconds)
     low, high = config.arm.workspace
-    return Plan(
+    return RunPlan(
         eye,
         views,
         min(FIRST_VIEWS, views),

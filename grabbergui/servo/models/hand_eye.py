@@ -30,7 +30,7 @@ from grabbergui.servo.hand_eye import hand_eye_file
 from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
 from grabbergui.servo.hand_eye.run import VIEWS, HandEyeRun, Progress, Step, watched
 from grabbergui.servo.hand_eye.solver import FEWEST_VIEWS, HandEyeResult
-from grabbergui.servo.hand_eye.stand import HandEyeStand, Plan, TargetWatch, plan
+from grabbergui.servo.hand_eye.stand import HandEyeStand, RunPlan, TargetWatch, plan
 from grabbergui.servo.models.hand_eye_text import ended_text, progress_text
 from grabbergui.servo.robots.robot import CameraPlace
 from grabbergui.servo.runner import STOPPED
@@ -178,7 +178,7 @@ class HandEyeModel:
         """Return why the robot cannot be calibrated with this setup, as display text; empty if it can."""
         return driver_text(self.stand.why_not(self.setup.eye))
 
-    def plan(self) -> Plan:
+    def plan(self) -> RunPlan:
         """Return what the robot will do."""
         return plan(self.setup.eye, self.stand.robot.model, self._config(self.setup), self.setup.views)
 

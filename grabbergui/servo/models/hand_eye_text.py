@@ -12,10 +12,10 @@ from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
 from grabbergui.servo.hand_eye.run import SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
 from grabbergui.servo.hand_eye.solver import FEWEST_VIEWS, HandEyeResult
-from grabbergui.servo.hand_eye.stand import Plan
+from grabbergui.servo.hand_eye.stand import RunPlan
 
 
-def plan_text(plan: Plan, robot: str, *, nominal: bool = False) -> Markup:
+def plan_text(plan: RunPlan, robot: str, *, nominal: bool = False) -> Markup:
     """Return what the robot will do as paragraphs; `nominal` if the camera is not calibrated."""
     text = translate("HandEye", "<b>{0} will move by itself</b> to {1} poses, one after another, for {2}.")
     robot = robot[:1].upper() + robot[1:]

@@ -3,7 +3,7 @@
 A window paints for a quarter of the time, mostly with Python's global lock. In the loop's process that would
 delay commands, most of all on a busy computer, which may preempt the painting thread while it holds the lock.
 `RunnerServer` is the loop's end, `RunnerProxy` the window's, with the interface of a `Runner`. Two pipes
-carry pickles: `Report`s one way, `Request`s the other.
+carry pickles: `ProxyReport`s one way, `ProxyRequest`s the other.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ HAND_EYE = "stopped to calibrate hand and eye"
 
 
 @dataclass(frozen=True, eq=False)
-class Report:
+class ProxyReport:
     """The events since the previous report."""
 
     moments: list[Moment]
@@ -87,7 +87,7 @@ class RequestKind(Enum):
 
 
 @dataclass(frozen=True)
-class Request:
+class ProxyRequest:
     """A message from the window; STOP has `reason` and `number`, TUNE has `config`."""
 
     kind: RequestKind
@@ -96,7 +96,7 @@ class Request:
     config: Config | None = None
 
 
-def write(pipe: IO[bytes], message: Report | Request) -> None:
+def write(pipe: IO[bytes], message: ProxyReport | ProxyRequest) -> None:
     """Write one message. Raises OSError, ValueError once the pipe is closed."""
     pickle.dump(message, pipe, pickle.HIGHEST_PROTOCOL)
     pipe.flush()
@@ -164,7 +164,7 @@ class RunnerServer:
         except (OSError, ValueError):
             log.debug("the window has closed its pipe")
 
-    def _report(self) -> Report:
+    def _report(self) -> ProxyReport:
         runner, moments, failures = self._runner, _emptied(self._moments), _emptied(self._failures)
         frame = calibration = None
         if moments and self._taken and self._frame is not None:
@@ -175,7 +175,7 @@ class RunnerServer:
             except GrabberError as error:
                 log.debug("no calibration to show: %s", error)
         state = moments[-1].cycle.robot if moments else None
-        return Report(
+        return ProxyReport(
             moments,
             runner.running,
             runner.gate.halted,
@@ -218,7 +218,7 @@ class RunnerServer:
             self._runner.emergency_stop(CLOSED)
         self.closed.set()
 
-    def _stop(self, request: Request) -> None:
+    def _stop(self, request: ProxyRequest) -> None:
         self._runner.emergency_stop(request.reason)
         with self._confirming:  # a later stop may be carried out first
             self._confirmed = max(self._confirmed, request.number)
@@ -250,7 +250,7 @@ class RunnerProxy:
         if first is None:
             raise SourceUnavailableError("the servo program has ended before its window was there")
         self.config: Config = first.config
-        self._first: Report | None = first
+        self._first: ProxyReport | None = first
         self._reported = time.monotonic()
         self._thread = threading.Thread(target=self._receive, name="servo reports", daemon=True)
 
@@ -260,7 +260,7 @@ class RunnerProxy:
 
     def close(self) -> None:
         """Report that the window was closed, and wait for the loop's end of the pipe to close."""
-        self._request(Request(RequestKind.CLOSED))
+        self._request(ProxyRequest(RequestKind.CLOSED))
         self._thread.join(HEARTBEAT_TIMEOUT)
 
     def calibration(self, width: int, height: int) -> Calibration:
@@ -276,25 +276,25 @@ class RunnerProxy:
         Does nothing while the loop hangs: unread heartbeats would fill the pipe and block the GUI thread.
         """
         if time.monotonic() - self._reported < HEARTBEAT_TIMEOUT:
-            self._request(Request(RequestKind.HEARTBEAT))
+            self._request(ProxyRequest(RequestKind.HEARTBEAT))
 
     def emergency_stop(self, reason: str = "emergency stop") -> None:
         """Stop the robot and wait for the loop's confirmation; emit `failed` without one. Any thread."""
         number = next(self._numbers)
-        self._request(Request(RequestKind.STOP, reason, number))
+        self._request(ProxyRequest(RequestKind.STOP, reason, number))
         with self._confirmed:
             if not self._confirmed.wait_for(lambda: self._newest_stop >= number, CONFIRMATION_TIMEOUT):
                 self.failed.emit(f"the loop has not confirmed the stop within {CONFIRMATION_TIMEOUT:g} s")
 
     def request_start(self) -> None:
         """See `Runner.request_start`; if the robot may not move, `failed` follows with the reason."""
-        self._request(Request(RequestKind.START))
+        self._request(ProxyRequest(RequestKind.START))
 
     def tune(self, config: Config) -> None:
         """Use other gains, limits and rate from the next cycle on."""
-        self._request(Request(RequestKind.TUNE, config=config))
+        self._request(ProxyRequest(RequestKind.TUNE, config=config))
 
-    def _request(self, request: Request) -> None:
+    def _request(self, request: ProxyRequest) -> None:
         try:
             with self._lock:
                 write(self._to, request)
@@ -310,7 +310,7 @@ class RunnerProxy:
         self.running = False
         self._ended()
 
-    def _take(self, report: Report) -> None:
+    def _take(self, report: ProxyReport) -> None:
         self.running, self.gate.halted, self.config = report.running, report.halted, report.config
         self._calibration = report.calibration or self._calibration
         if report.camera is not None:
@@ -323,7 +323,7 @@ class RunnerProxy:
             newest = moment is report.moments[-1]
             self.cycle_done.emit(moment.cycle, report.frame if newest else None)
         if report.frame is not None:
-            self._request(Request(RequestKind.IMAGE_TAKEN))
+            self._request(ProxyRequest(RequestKind.IMAGE_TAKEN))
         for failure in report.failures:
             self.failed.emit(failure)
 

@@ -19,7 +19,7 @@ from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector, inverse, pose
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.servo.kinematics import FREE, Body, Capsule, CapsuleBody, Chain, Contact
+from grabbergui.servo.kinematics import FREE, Body, Capsule, CapsuleBody, Chain, Clearance
 from grabbergui.servo.robots.robot import KinematicModel
 
 log = logging.getLogger(__name__)
@@ -179,7 +179,7 @@ class UrdfBody(Body):
             for other in rest:
                 self._shapes.addCollisionPair(self._pinocchio.CollisionPair(arm, other))
 
-    def nearest(self, arm: Vector) -> Contact:
+    def nearest(self, arm: Vector) -> Clearance:
         """By the hulls; all other joints are at rest, the torso at its lowest, where the base is nearest."""
         shapes = self._shapes
         if not len(shapes.collisionPairs):
@@ -190,7 +190,7 @@ class UrdfBody(Body):
         least = self._pinocchio.computeDistances(self._model, data, shapes, distances, angles)
         pair = shapes.collisionPairs[least]
         names = [shapes.geometryObjects[index].name.rpartition("_")[0] for index in (pair.first, pair.second)]
-        return Contact(float(distances.distanceResults[least].min_distance), *names)
+        return Clearance(float(distances.distanceResults[least].min_distance), *names)
 
     def _data(self) -> tuple[Any, Any]:
         """Pinocchio's workspaces, one pair for each thread: making them takes several times a check."""

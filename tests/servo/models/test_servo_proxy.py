@@ -123,7 +123,7 @@ def test_of_two_stops_at_once_the_newest_stays_confirmed(pair):
             return int, (int(self),)  # in a report that is sent in between
 
     def stop(number):
-        pair.server._stop(servo_proxy.Request(servo_proxy.RequestKind.STOP, "test", number))
+        pair.server._stop(servo_proxy.ProxyRequest(servo_proxy.RequestKind.STOP, "test", number))
 
     stop(Slow(1))
     until(lambda: pair.server._confirmed == 2)
@@ -208,7 +208,7 @@ def test_a_window_that_dies_while_the_loop_starts_keeps_the_robot_still(pair, st
 
 
 def test_a_window_closed_while_the_loop_starts_keeps_the_robot_still(pair, starting):
-    pair.proxy._request(servo_proxy.Request(servo_proxy.RequestKind.CLOSED))
+    pair.proxy._request(servo_proxy.ProxyRequest(servo_proxy.RequestKind.CLOSED))
     assert pair.server.closed.wait(PATIENCE)
     starting()
     assert pair.runner.gate.halted
@@ -278,7 +278,7 @@ def test_a_window_that_is_late_makes_the_robot_wait_until_it_answers(pair, monke
 
 
 def test_a_window_whose_gui_hangs_is_not_alive_because_it_takes_images(pair):
-    taken = servo_proxy.Request(servo_proxy.RequestKind.IMAGE_TAKEN)
+    taken = servo_proxy.ProxyRequest(servo_proxy.RequestKind.IMAGE_TAKEN)
     pair.server._taken = False
     pair.proxy._request(taken)
     until(lambda: pair.server._taken)

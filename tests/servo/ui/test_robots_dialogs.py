@@ -4,7 +4,7 @@ import pytest
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.servo.hand_eye.run import Step
-from grabbergui.servo.hand_eye.stand import Plan
+from grabbergui.servo.hand_eye.stand import RunPlan
 from grabbergui.servo.models.hand_eye import Happened
 from grabbergui.servo.models.hand_eye_text import plan_text
 from grabbergui.servo.models.servoing import Entry
@@ -17,7 +17,7 @@ from marked_camera import MARKUP
 from shown_walk import walk
 from small_screen import check_fits
 
-PLAN = Plan("head", 9, 0, 5.0, (-9.0, -9.0), (9.0, 9.0), 0.0, 60.0)
+PLAN = RunPlan("head", 9, 0, 5.0, (-9.0, -9.0), (9.0, 9.0), 0.0, 60.0)
 
 
 def hand_eye(window):
