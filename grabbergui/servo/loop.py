@@ -62,8 +62,8 @@ class ServoLoop:
         """
         self._dry_run = dry_run
         self._held_back = ""
-        self._late = -np.inf
-        "When an image last came too late."
+        self._late, self._lateness = -np.inf, ""
+        "When an image last came too late, and by how much, as display text."
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
         self.marker = MarkerTrack(config.marker.target, config.track)
@@ -111,8 +111,8 @@ class ServoLoop:
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         captured = self.sighting.captured if self.sighting is not None else -np.inf
         fresh = -0.01 <= now - captured <= safety.image_timeout
-        if self._pending is not None and self._is_late(now, captured):
-            self._late = now
+        if self._pending is not None and (lateness := self._lateness_of(now, captured)):
+            self._late, self._lateness = now, lateness
         self._update_tracks()
         marker = self._marker_at(now)
         target = self._target(marker)
@@ -258,10 +258,15 @@ class ServoLoop:
     def _reachable(self, marker: Pose) -> bool:
         return ARM in self._parts and self.arm.inside(self.arm.goal(marker)[:3, 3])
 
-    def _is_late(self, now: float, captured: float) -> bool:
-        """Return whether a new image came too late, or too long after the one before."""
+    def _lateness_of(self, now: float, captured: float) -> str:
+        """Return how much too late a new image came, or too long after the one before; empty if neither."""
         timeout = self.config.safety.image_timeout
-        return timeout < now - captured < RARE_S or timeout < now - self._before < RARE_S
+        allowed = f"where {1e3 * timeout:.0f} ms are allowed"
+        if timeout < now - captured < RARE_S:
+            return f"{1e3 * (now - captured):.0f} ms after their exposure, {allowed}"
+        if timeout < now - self._before < RARE_S:
+            return f"{1e3 * (captured - self._before):.0f} ms after one another, {allowed}"
+        return ""
 
     def _problem(
         self, now: float, fresh: bool, robot: RobotState | None, sound: bool, fresh_robot: bool
@@ -273,10 +278,9 @@ class ServoLoop:
         if not fresh_robot:
             return self._silence() or "the robot's readings are old"
         if not fresh:
-            late = now - self._late < LATE_S
-            return self.no_image or (
-                "images come too late: is this computer busy?" if late else "no fresh image"
-            )
+            if self.no_image or now - self._late >= LATE_S:
+                return self.no_image or "no fresh image"
+            return f"images come too late, {self._lateness}: is this computer busy?"
         marker = self.marker.pose
         if marker is not None and ARM not in self._parts:
             return "the arm is not driven: only the head follows"

@@ -58,6 +58,10 @@ def errors(cycle: ControlCycle) -> dict[str, float]:
     return {name: float(value) for name, value in measured.items() if math.isfinite(value)}
 
 
+CYCLE_S = 0.5
+"Longest wait for a cycle that shows the effect of a command."
+
+
 # -- YARP ----------------------------------------------------------------------------------------
 class YarpPublisher:
     """Publishes one runner. `open` and `close` from one thread; it publishes on the runner's."""
@@ -70,6 +74,9 @@ class YarpPublisher:
         self._rpc = RpcServer(f"{prefix}/rpc:s", self._answer, names)
         self._count = 0
         self._cycle: ControlCycle | None = None
+        self._commanded = -math.inf
+        "When a peer last stopped or resumed."
+        self._cycled = threading.Condition()
 
     def open(self) -> None:
         """Open the ports and start to publish. Raises SourceUnavailableError, TransportError."""
@@ -87,7 +94,9 @@ class YarpPublisher:
         return self._heads, self._markers, self._state, self._rpc
 
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
-        self._cycle = cycle
+        with self._cycled:
+            self._cycle = cycle
+            self._cycled.notify_all()
         self._count += 1
         envelope = Stamp(self._count, time.time()).encode()
         self._state.write_bottle(state_bottle(cycle), envelope)
@@ -103,15 +112,24 @@ class YarpPublisher:
         verb = word(next(iter(request.bottle()), "")).lower()
         if verb == "stop":
             self._runner.emergency_stop(f"stopped by {request.info.peer}", "YARP")
+            self._commanded = time.monotonic()
         elif verb == "resume":
             why_not = self._runner.resume(pressed="YARP")
+            self._commanded = time.monotonic()
             if why_not:
                 return Bottle([Vocab("fail"), why_not])
         elif verb == "state":
-            return state_bottle(self._cycle) if self._cycle else Bottle([Vocab("fail"), "no cycle yet"])
+            cycle = self._newest()
+            return state_bottle(cycle) if cycle else Bottle([Vocab("fail"), "no cycle yet"])
         else:
             return Bottle([Vocab("fail"), "there are stop, resume and state"])
         return Bottle([Vocab("ok")])
+
+    def _newest(self) -> ControlCycle | None:
+        """Return the newest cycle; wait for one that has followed the last command of a peer."""
+        with self._cycled:
+            self._cycled.wait_for(lambda: self._cycle and self._cycle.time > self._commanded, CYCLE_S)
+            return self._cycle
 
 
 def state_bottle(cycle: ControlCycle) -> Bottle:
