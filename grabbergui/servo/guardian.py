@@ -40,7 +40,7 @@ from grabbergui.core.scheduling import lock_memory, run_first
 from grabbergui.servo.monitor import Monitor, Observation
 
 KINDS = {
-    "yarp stream": "grabbergui.servo.guardian_yarp:StreamChannel",
+    "yarp stream": "grabbergui.servo.guardian_yarp:FastTcpChannel",
     "yarp request": "grabbergui.servo.guardian_yarp:RequestChannel",
     "tiago": "grabbergui.servo.robots.tiago_ros2:TiagoChannel",
 }
