@@ -26,7 +26,7 @@ METHOD = """A simulated GigE camera in another process sends frames of 4 MiB at 
 thread alone: the rest does not depend on the reader, and varies by more than the thread takes. The goal
 compares the threads' difference with the whole cost of a frame. *With a setting* is
 `camera.grab(ExposureTime=…)` at 100 frames/s with a sensor that applies settings two frames later: from the
-call to the first frame with that exposure. The first call switches chunk data on or measures the latency."""
+call to the first frame with that exposure. The first call switches chunk data on."""
 
 
 class Turn(NamedTuple):

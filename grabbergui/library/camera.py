@@ -37,7 +37,7 @@ from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
 from grabbergui.library.callbacks import Callback, Callbacks, Occasion
 from grabbergui.library.collected import await_ends
-from grabbergui.library.effect import Effects, SettingEffect, restored
+from grabbergui.library.effect import LATENCY, ChunkData, SettingEffect, restored
 from grabbergui.library.features import CameraFiles, FeatureAccess, SettingValue
 from grabbergui.library.stand_in import StandIn
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Closing, Frames, Recording, StreamUse
@@ -84,12 +84,12 @@ class Camera(FeatureAccess):
         self._busy_until = 0.0
         "Moment of the monotonic clock until which triggers are lost."
         self._stream = StreamUse(grabber)
-        self._effects = effects = Effects(grabber)
+        self._chunk_data = chunk_data = ChunkData(grabber)
         self._callbacks = callbacks = Callbacks(grabber)
 
         def close() -> None:
             callbacks.close()
-            effects.undo()
+            chunk_data.undo()
             grabber.close()
 
         self._closing = Closing(self, close)
@@ -184,30 +184,33 @@ class Camera(FeatureAccess):
 
         `camera.grab(ExposureTime=5000, Gain=3)` writes the settings, then returns the first frame that was
         really exposed so: by chunk data where the camera has them (they are switched on at the first such
-        call), else by counting frames after the acknowledge. How many to skip is measured at the first such
-        call, which takes about a second, and kept. The stream stays on; `stop` ends it.
+        call), else by skipping four frames after the acknowledge. The stream stays on; `stop` ends it.
 
-        `timeout` is in seconds, by default 5 and two frame periods. Raises FrameTimeoutError, what `write`
-        raises, and DeviceLostError.
+        `timeout` is in seconds, by default 5 and the periods of the frames waited for. Raises
+        FrameTimeoutError, what `write` raises, and DeviceLostError.
         """
         wanted = {self._existing_key_of(name): value for name, value in settings.items()}
         frames = self._grabber.open_queue(depth=4)
         with contextlib.closing(frames), self._stream.grab():
             if wanted:
-                self._effects.prepare([key.name for key in wanted], self._start, frame_wait(self._grabber))
+                self._chunk_data.switch_on()
             self._start()
             written = time.monotonic()
             features = [self._write(key, value) for key, value in wanted.items()]
             values = {feature.name: feature.value for feature in features if feature.value is not None}
             acknowledged = time.monotonic()
-            effect = SettingEffect(values, written, acknowledged, self._effects.latency)
-            deadline = acknowledged + (frame_wait(self._grabber) if timeout is None else timeout)
+            effect = SettingEffect(values, written, acknowledged)
+            deadline = acknowledged + (self._effect_wait() if timeout is None else timeout)
             while True:
                 frame = self._get(frames, max(0.0, deadline - time.monotonic()))
                 if effect.accepts(frame):
                     return frame
                 if time.monotonic() > deadline:
                     raise FrameTimeoutError(f"{self.info.title}: no frame was exposed after the write")
+
+    def _effect_wait(self) -> float:
+        """Return the seconds in which a frame with the latest settings must have come."""
+        return frame_wait(self._grabber) + LATENCY * frame_period(self._grabber)
 
     def bracket(self, timeout: float | None = None, **settings: Sequence[SettingValue]) -> list[Frame]:
         """Return a frame for each value: `camera.bracket(ExposureTime=[1000, 4000, 16000])`.
