@@ -109,7 +109,7 @@ def test_an_unknown_key_names_the_nearest(caplog):
     with caplog.at_level(logging.WARNING):
         options = ServeOptions().with_file(section("pixelformat Mono8"), frozenset(), "camera.ini")
 
-    assert "unknown key 'pixelformat'" in caplog.text and "did you mean pixelFormat?" in caplog.text
+    assert "unknown key 'pixelformat'" in caplog.text and "did you mean pixel_format?" in caplog.text
     assert options == ServeOptions()
 
 

@@ -7,9 +7,9 @@ import logging
 import os
 import re
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import fields
+from dataclasses import Field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,11 +35,6 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-_NETWORKS = {
-    "yarp": ("bind", "require_authentication", "capabilities", "raw", "period", "normalised"),
-    "ros2": ("frame_id", "qos", "ros_args"),
-}
-"""Options that have no effect without the network."""
 _RENAMED = re.compile(r"__(ns|node|name):=")
 """ROS arguments that would override the name given by --ros2."""
 
@@ -60,66 +55,13 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--context", metavar="NAME", help="the YARP context in which to search for FILE first"
     )
-    parser.add_argument("--fake", action="store_true", help="serve the simulated camera")
-    parser.add_argument(
-        "--index", type=int, metavar="N", help="which of the cameras found, if no SOURCE is given (0)"
-    )
-    add_monitor(parser)
-    add_lost_timeout(parser)
-    parser.add_argument("--pixel-format", metavar="NAME", help="set PixelFormat before streaming")
-    parser.add_argument("--introspection", action="store_true", help="log every feature of the camera")
-    parser.add_argument("--terminal", action="store_true", help="take commands from the keyboard")
-    parser.add_argument("--window", action="store_true", help="open the window, too")
-    parser.add_argument(
-        "--metrics",
-        metavar="[HOST:]PORT",
-        help="serve counters to Prometheus at http://HOST:PORT/metrics (HOST: 127.0.0.1)",
-    )
-    parser.add_argument(
-        "--metrics-token",
-        metavar="FILE",
-        help="a file with the bearer token that clients of the counters must send",
-    )
-    parser.add_argument(
-        "--read-only", action="store_true", help="let peers see everything and change nothing"
-    )
-    parser.add_argument(
-        "--allow",
-        action="append",
-        metavar="ADDRESS",
-        help="serve YARP and the counters only to this address or network, such as 10.0.0.0/24; repeatable",
-    )
-
-    parser.add_argument(
-        "--calibration",
-        metavar="FILE",
-        help="camera_info YAML, for ROS 2's camera_info and YARP's intrinsics; set_camera_info writes it",
-    )
-
-    yarp = parser.add_argument_group("YARP")
-    yarp.add_argument("--yarp", metavar="/PORT", help="the port of the images; requests go to /PORT/rpc")
-    add_name_server_options(yarp)
-    yarp.add_argument(
-        "--require-authentication",
-        action="store_true",
-        help="refuse to start without a key in YARP's auth.conf",
-    )
-    yarp.add_argument("--bind", metavar="ADDRESS", help="the address that the ports listen on")
-    yarp.add_argument("--capabilities", choices=("COLOR", "RAW"), help="what the image port sends (COLOR)")
-    yarp.add_argument("--raw", action="store_true", help="also send raw images, at /PORT/raw")
-    yarp.add_argument("--period", type=float, metavar="S", help="least time between images in seconds (0)")
-    yarp.add_argument(
-        "--normalised", action="store_true", help="serve feature values as 0…1 instead of in their units"
-    )
-
-    ros2 = parser.add_argument_group("ROS 2")
-    ros2.add_argument("--ros2", metavar="/NAME", help="the node's name, which prefixes its topics")
-    ros2.add_argument("--frame-id", metavar="FRAME", help="frame_id of the images' headers (camera)")
-    ros2.add_argument(
-        "--qos",
-        choices=("reliable", "sensor_data"),
-        help="quality of service of the images (reliable); sensor_data: best effort",
-    )
+    yarp, ros2 = parser.add_argument_group("YARP"), parser.add_argument_group("ROS 2")
+    groups = {"yarp": yarp, "ros2": ros2}
+    for option in fields(ServeOptions):
+        if option.name in _SHARED:
+            _SHARED[option.name](yarp if option.name == "with_name_server" else parser)
+        elif option.metadata:
+            _add_option(groups.get(option.metadata["needs"] or option.name, parser), option)
     ros2.add_argument(
         "--ros-args",
         nargs=argparse.REMAINDER,
@@ -127,6 +69,42 @@ def add_commands(commands: Any) -> None:
         help="ROS arguments, as the last option: --params-file FILE, -p NAME:=VALUE, -r FROM:=TO",
     )
     parser.set_defaults(run=_run)
+
+
+def _add_allow(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--allow",
+        action="append",
+        metavar="ADDRESS",
+        help="serve YARP and the counters only to this address or network, such as 10.0.0.0/24; repeatable",
+    )
+
+
+_SHARED: Mapping[str, Callable[[Any], None]] = {
+    "monitor": add_monitor,
+    "lost_timeout": add_lost_timeout,
+    "allow": _add_allow,
+    "with_name_server": add_name_server_options,
+}
+"""Options that other commands have too, or that can be repeated; each adds those that belong to it."""
+
+
+def _add_option(parser: argparse._ActionsContainer, option: Field[Any]) -> None:
+    """Add an option as its field describes it."""
+    name, described, default = f"--{option.name.replace('_', '-')}", option.metadata, option.default
+    if isinstance(default, bool):
+        parser.add_argument(name, action="store_true", help=described["meaning"])
+        return
+    meaning, semicolon, rest = described["meaning"].partition(";")
+    if default != "":
+        meaning = f"{meaning} ({default:g})" if isinstance(default, float) else f"{meaning} ({default})"
+    parser.add_argument(
+        name,
+        type=type(default),
+        metavar=described["form"] or None,
+        choices=described["choices"] or None,
+        help=meaning + semicolon + rest,
+    )
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -199,10 +177,10 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
         options = options.with_file(sections[""], frozenset(given), str(path))
     if not (options.yarp or options.ros2 or options.window or options.terminal or options.with_name_server):
         raise UsageError("serve on what? Add --yarp /grabber, --ros2 /camera, --window or --terminal")
-    for network, names in _NETWORKS.items():
-        idle = [name for name in names if hasattr(arguments, name) and not getattr(options, network)]
-        if idle:
-            raise UsageError(f"--{idle[0].replace('_', '-')} has no effect without --{network} /NAME")
+    needs = {option.name: option.metadata.get("needs") for option in fields(ServeOptions)}
+    for name, network in {**needs, "ros_args": "ros2"}.items():
+        if network and hasattr(arguments, name) and not getattr(options, network):
+            raise UsageError(f"--{name.replace('_', '-')} has no effect without --{network} /NAME")
     if options.calibration and not (options.yarp or options.ros2):
         raise UsageError("--calibration has no effect without --yarp /NAME or --ros2 /NAME")
     return options

@@ -1,7 +1,7 @@
 """The options of `grabbergui serve`, from the command line and from a file, which has less precedence.
 
-`serve` has its own keys and those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`,
-`terminal`).
+`ServeOptions` lists each option once, for both: the command line has it as `--read-only`, a file as the key
+`read-only` or `read_only`. Some keys have the names that the reference device gives them (`pixelFormat`).
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 import difflib
 import logging
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from grabbergui.config.allowed_addresses import AllowedAddresses
@@ -22,59 +22,73 @@ from grabbergui.core.uri import SIMULATED
 log = logging.getLogger(__name__)
 
 
+def _option(
+    default: Any, meaning: str, *, form: str = "", needs: str = "", key: str = "", choices: Sequence[str] = ()
+) -> Any:
+    """Return a dataclass field.
+
+    `form` shows the value in `--help`; an option with `needs` has no effect without that network. `key` is
+    another name of it in files.
+    """
+    return field(
+        default=default,
+        metadata={"meaning": meaning, "form": form, "needs": needs, "key": key, "choices": tuple(choices)},
+    )
+
+
 @dataclass(frozen=True)
 class ServeOptions:
-    """The options of `grabbergui serve` for a camera."""
+    """The options of `grabbergui serve` for a camera, in the order of `--help`."""
 
     source: str = ""
     "A URI; empty for the first GigE Vision camera, or the simulated one with `fake`."
-    fake: bool = False
-    index: int = 0
-    "Number of the camera among those found, if no source is given."
+    fake: bool = _option(False, "serve the simulated camera")
+    index: int = _option(0, "which of the cameras found, if no SOURCE is given", form="N")
     monitor: bool = False
     "Only monitor, while another application controls the camera."
-    pixel_format: str = ""
-    "PixelFormat to set before streaming."
-    introspection: bool = False
-    "Log every feature with its value and range when the camera is open."
-    terminal: bool = False
-    window: bool = False
-    yarp: str = ""
-    "The image port's name; empty to not serve on YARP."
-    ros2: str = ""
-    "The node's name; empty to not serve on ROS 2."
-    frame_id: str = "camera"
-    "Frame id in the headers of ROS 2 images."
-    calibration: str = ""
-    "A camera_info YAML file for both networks; `set_camera_info` of ROS 2 writes it."
-    qos: str = "reliable"
-    "QoS of ROS 2 images: reliable, or sensor_data (best effort)."
+    lost_timeout: float = 0.0
+    "Seconds after which a lost source is given up; 0 for never."
+    pixel_format: str = _option("", "set PixelFormat before streaming", form="NAME", key="pixelFormat")
+    introspection: bool = _option(False, "log every feature of the camera")
+    terminal: bool = _option(False, "take commands from the keyboard")
+    window: bool = _option(False, "open the window, too")
+    metrics: str = _option(
+        "",
+        "serve counters to Prometheus at http://HOST:PORT/metrics (HOST: 127.0.0.1)",
+        form="[HOST:]PORT",
+    )
+    metrics_token: str = _option(
+        "", "a file with the bearer token that clients of the counters must send", form="FILE"
+    )
+    read_only: bool = _option(False, "let peers see everything and change nothing")
+    allow: str = ""
+    "Addresses and networks, separated by commas or spaces, whose YARP ports and browsers are answered."
+    calibration: str = _option(
+        "",
+        "camera_info YAML, for ROS 2's camera_info and YARP's intrinsics; set_camera_info writes it",
+        form="FILE",
+    )
+    yarp: str = _option("", "the port of the images; requests go to /PORT/rpc", form="/PORT", key="name")
     with_name_server: bool = False
     "Run a YARP name server too."
     nameserver: str = ""
     "HOST:PORT of the YARP name server; empty to find it as YARP does."
-    bind: str = ""
-    "Address on which the YARP ports listen; empty for the one that reaches the name server."
-    capabilities: str = "COLOR"
-    "COLOR or RAW images on the YARP image port."
-    raw: bool = False
-    "Send raw images on a second YARP port as well."
-    period: float = 0.0
-    "Least seconds between YARP images; 0 for every frame."
-    normalised: bool = False
-    "Serve YARP feature values as 0…1."
-    read_only: bool = False
-    "Let peers on the networks read images and values, but change nothing."
-    allow: str = ""
-    "Addresses and networks, separated by commas or spaces, whose YARP ports and browsers are answered."
-    require_authentication: bool = False
-    "Serve on YARP only with a key in auth.conf, which every peer must prove to know."
-    metrics_token: str = ""
-    "A file with the token that a reader of the counters must send."
-    lost_timeout: float = 0.0
-    "Seconds after which a lost source is given up; 0 for never."
-    metrics: str = ""
-    "HOST:PORT, or PORT on this computer only, that serves the counters to Prometheus; empty for none."
+    require_authentication: bool = _option(
+        False, "refuse to start without a key in YARP's auth.conf", needs="yarp"
+    )
+    bind: str = _option("", "the address that the ports listen on", form="ADDRESS", needs="yarp")
+    capabilities: str = _option("COLOR", "what the image port sends", choices=("COLOR", "RAW"), needs="yarp")
+    raw: bool = _option(False, "also send raw images, at /PORT/raw", needs="yarp")
+    period: float = _option(0.0, "least time between images in seconds", form="S", needs="yarp")
+    normalised: bool = _option(False, "serve feature values as 0…1 instead of in their units", needs="yarp")
+    ros2: str = _option("", "the node's name, which prefixes its topics", form="/NAME", key="node_name")
+    frame_id: str = _option("camera", "frame_id of the images' headers", form="FRAME", needs="ros2")
+    qos: str = _option(
+        "reliable",
+        "quality of service of the images; sensor_data: best effort",
+        choices=("reliable", "sensor_data"),
+        needs="ros2",
+    )
 
     def __post_init__(self) -> None:
         for name in ("period", "lost_timeout"):
@@ -111,15 +125,11 @@ class ServeOptions:
 
 
 _TYPES: Mapping[str, str] = {each.name: str(each.type) for each in fields(ServeOptions)}
-_NAMES: Mapping[str, str] = {name: name for name in _TYPES if name != "pixel_format"} | {
-    "pixelFormat": "pixel_format",
-    "with-name-server": "with_name_server",
-    "read-only": "read_only",
-    "require-authentication": "require_authentication",
-    "metrics-token": "metrics_token",
-    "lost-timeout": "lost_timeout",
-    "name": "yarp",
-    "node_name": "ros2",
+_NAMES: Mapping[str, str] = {
+    key: each.name
+    for each in fields(ServeOptions)
+    for key in (each.name, each.name.replace("_", "-"), each.metadata.get("key"))
+    if key
 }
 """The field of each key of a file."""
 
