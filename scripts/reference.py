@@ -14,6 +14,7 @@ from typing import Any
 
 from grabbergui import __version__
 from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options
+from grabbergui.cli.json_output import JSON_OUTPUT
 from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import FORMATS, Family, PixelFormat, SampleLayout
 from grabbergui.core.uri import option_rows
@@ -88,6 +89,11 @@ def command_line_page() -> str:
         parts += ["```sh", parser.example, "```", ""]
         parts += _table(("argument", "meaning"), _arguments(parser))
         parts.append("")
+        if (output := JSON_OUTPUT.get(name)) is not None:
+            parts += [f"With `--json` it prints {output.form}{':' if output.fields else '.'}", ""]
+            if output.fields:
+                rows = [(f"`{field}`", meaning) for field, meaning in output.fields.items()]
+                parts += [*_table(("field", "meaning"), rows), ""]
     parts += ["## Exit codes\n", *_table(("code", "meaning"), _rows(EXIT_CODES.items())), "", ON_FAILURE, ""]
     return "\n".join(parts)
 

@@ -1,5 +1,7 @@
 """The doctor's checks find problems and name the remedies."""
 
+import os
+
 import pytest
 
 from grabbergui.cli import main
@@ -16,6 +18,7 @@ from grabbergui.doctor.gige import (
 )
 from grabbergui.doctor.software import display
 from grabbergui.doctor.usb import transfer_memory, udev_rule
+from grabbergui.doctor.webcams import webcams
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.setup.udev_rule import install_udev_rule
 
@@ -118,3 +121,17 @@ def test_the_command_reports_every_check(capsys):
     out = capsys.readouterr().out
     assert code == ("\nproblem" in "\n" + out)
     assert "USB" in out and "YARP" in out and "ROS 2" in out
+
+
+def test_without_a_webcam_the_doctor_says_what_can_be_done(tmp_path):
+    finding = only(webcams(tmp_path))
+    assert finding.level is Level.NOTE and "sim:" in finding.remedy and "simulate --gige" in finding.remedy
+
+
+def test_a_webcam_that_may_not_be_opened_is_a_problem(tmp_path, monkeypatch):
+    (tmp_path / "video0").touch()
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    finding = only(webcams(tmp_path))
+    assert (
+        finding.level is Level.PROBLEM and "video0" in finding.text and "usermod -aG video" in finding.remedy
+    )

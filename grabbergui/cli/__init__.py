@@ -137,7 +137,12 @@ def _run(arguments: list[str]) -> int:
             arguments.insert(place, "gui")
         with dies_of_signals():
             parser = command_line(*_wanted(arguments[place]))
-        options = parser.parse_args(arguments)
+        command = _parser_of(arguments[place], parser)
+        if command is not None and (unknown := _unknown_option(arguments[place + 1 :], command)):
+            raise _unknown([unknown], arguments[place], command)
+        options, further = parser.parse_known_args(arguments)
+        if further:
+            raise _unknown(further, arguments[place], command or parser)
         set_up_log(options.log_level, options.log_format)
         return int(options.run(options))
     finally:
@@ -151,6 +156,38 @@ def _is_command(word: str) -> bool:
     if word in COMMANDS:
         return True
     return not (not word or word.startswith("-") or ":" in word) and word in guest_commands()
+
+
+def _parser_of(command: str, parser: argparse.ArgumentParser) -> argparse.ArgumentParser | None:
+    (commands,) = (each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
+    found: argparse.ArgumentParser | None = commands.choices.get(command)
+    return found
+
+
+def _unknown_option(words: list[str], parser: argparse.ArgumentParser) -> str:
+    """Return the first long option that the parser does not have; argparse may complain of others first."""
+    known = {name: action for action in parser._actions for name in action.option_strings}
+    for word in words:
+        name = word.partition("=")[0]
+        action = known.get(name)
+        if word == "--" or (action is not None and action.nargs == argparse.REMAINDER):
+            break
+        if word.startswith("--") and action is None:
+            return name
+    return ""
+
+
+def _unknown(words: list[str], command: str, parser: argparse.ArgumentParser) -> UsageError:
+    """Return the error for arguments that a command does not have."""
+    parser.print_usage(sys.stderr)
+    option = next((word for word in words if word.startswith("-")), None)
+    if option is None:
+        return UsageError(f"{command} takes no further argument, such as '{words[0]}'")
+    name = option.partition("=")[0]
+    names = [each for action in parser._actions for each in action.option_strings]
+    near = [each for each in names if each.startswith(name)] or difflib.get_close_matches(name, names, n=1)
+    hint = f"; did you mean {' or '.join(near)}?" if near else f"; `grabbergui {command} --help` lists them"
+    return UsageError(f"{command} has no option {name}{hint}")
 
 
 def _check_is_source(word: str) -> None:
@@ -231,7 +268,8 @@ class CommandParser(argparse.ArgumentParser):
     """Parses one command. `example` is a complete command line, printed below the options."""
 
     def __init__(self, *arguments: Any, example: str = "", **keywords: Any) -> None:
-        super().__init__(*arguments, **keywords)
+        # An abbreviation in a script would change its meaning, or lose it, with the next new option.
+        super().__init__(*arguments, **{"allow_abbrev": False, **keywords})
         self.example = example
 
     def _match_arguments_partial(
@@ -294,6 +332,7 @@ def command_line(
     for command in commands.choices.values():
         # Also after the command, where their defaults must not override options before it.
         _add_log_options(command, argument_default=argparse.SUPPRESS, explained=False)
+        _add_version(command, explained=False)
     return parser
 
 
@@ -307,9 +346,13 @@ def _add_families(commands: Any, families: Iterable[str], guests: Iterable[str])
 
 
 def _add_shared_options(parser: argparse.ArgumentParser) -> None:
-    version = f"grabbergui {__version__}"
-    parser.add_argument("--version", action="version", version=version, help="print the version and exit")
+    _add_version(parser)
     _add_log_options(parser)
+
+
+def _add_version(parser: argparse.ArgumentParser, *, explained: bool = True) -> None:
+    meaning = "print the version and exit" if explained else argparse.SUPPRESS
+    parser.add_argument("--version", action="version", version=f"grabbergui {__version__}", help=meaning)
 
 
 def _add_log_options(

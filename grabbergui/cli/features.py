@@ -102,7 +102,7 @@ def _features(options: argparse.Namespace) -> int:
 
 
 def _get(options: argparse.Namespace) -> int:
-    values: dict[str, FeatureValue] = {}
+    values: dict[str, FeatureValue | None] = {}
     with opened(options.source, reading=True) as grabber:
         for name in options.names:
             key = SettingKey.parse(name)
@@ -111,7 +111,7 @@ def _get(options: argparse.Namespace) -> int:
             if feature.value is None:
                 why = "is a command and has no value" if feature.kind is FeatureKind.COMMAND else None
                 raise FeatureAccessError(f"{name} {why or feature.access_problem()}", name)
-            values[name] = feature.value
+            values[name] = feature.spelled(feature.value)
             if not options.json:
                 print_line(report(feature, _with_selectors(grabber, key)))
     if options.json:
@@ -126,7 +126,7 @@ def _set(options: argparse.Namespace) -> int:
         for key, text in assignments:
             feature = write(grabber, key, text)
             remember_values(options.source, [feature])
-            values[str(key)] = feature.value
+            values[str(key)] = feature.spelled(feature.value)
             if not options.json:
                 print_line(report(feature, _with_selectors(grabber, key)))
     if options.json:

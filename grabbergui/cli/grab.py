@@ -11,6 +11,7 @@ from grabbergui.cli.arguments import (
     counted,
 )
 from grabbergui.cli.awaited_source import AwaitedSource, add_options, awaited_source
+from grabbergui.cli.process import progress_note
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import (
@@ -101,16 +102,18 @@ def _collect(source: AwaitedSource, queue: FrameQueue, options: argparse.Namespa
     writer = _writer_of(options, source.grabber.info)
     first: Frame | None = None
     payload_bytes = 0
-    for so_far in range(options.frames):
-        frame = source.next_frame(queue, so_far)
-        first = first or frame
-        payload_bytes += frame.nbytes
+    with progress_note() as show:
+        for so_far in range(options.frames):
+            show(lambda: f"{so_far} of {counted(options.frames, 'frame')}")  # noqa: B023  # called at once
+            frame = source.next_frame(queue, so_far)
+            first = first or frame
+            payload_bytes += frame.nbytes
+            if writer is not None:
+                writer.write(frame)
+            elif options.out is not None:
+                _save(frame, options.out, source.grabber, scan)
         if writer is not None:
-            writer.write(frame)
-        elif options.out is not None:
-            _save(frame, options.out, source.grabber, scan)
-    if writer is not None:
-        writer.close()
+            writer.close()
     assert first is not None
     counters = source.grabber.statistics()
     # From the first frame to the last, so that the rate excludes opening the camera.

@@ -66,6 +66,32 @@ def passing_note(text: str) -> Iterator[Callable[[str], None]]:
         show("")
 
 
+NOTES_PER_SECOND = 5.0
+"Most notes about the progress of something."
+
+
+@contextmanager
+def progress_note(
+    clock: Callable[[], float] = time.monotonic,
+) -> Iterator[Callable[[Callable[[], str]], None]]:
+    """Show progress on stderr during the block if that is a terminal, and erase it afterwards.
+
+    Yields a function that calls its argument for the text, some times a second: it may be called for every
+    frame. Something that ends within the first moment shows nothing.
+    """
+    with passing_note("") as show:
+        shown = time.monotonic()
+
+        def progress(text: Callable[[], str]) -> None:
+            nonlocal shown
+            now = time.monotonic()
+            if now - shown >= 1 / NOTES_PER_SECOND:
+                shown = now
+                show(text())
+
+        yield progress
+
+
 LOG_FORMATS = ("text", "json")
 
 

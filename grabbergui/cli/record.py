@@ -15,14 +15,14 @@ from grabbergui.cli.arguments import (
     wait_time,
 )
 from grabbergui.cli.awaited_source import add_options, awaited_source
-from grabbergui.cli.process import stop_on_signals
+from grabbergui.cli.process import progress_note, stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import (
     GrabberError,
 )
 from grabbergui.core.visible_text import print_json, print_line
 from grabbergui.recording.kinds import CODECS, kind_of
-from grabbergui.recording.recorder import RecordingLimits, create_recorder
+from grabbergui.recording.recorder import RecordingLimits, RecordingProgress, create_recorder
 
 _POLL = 0.1
 "Seconds between checks whether the user or the recording has ended."
@@ -57,6 +57,12 @@ def add_commands(commands: Any) -> None:
     parser.set_defaults(run=_record)
 
 
+def _so_far(progress: RecordingProgress) -> str:
+    dropped = f", {progress.dropped} dropped" if progress.dropped else ""
+    size = f"{progress.size / 1e6:.1f} MB"
+    return f"{counted(progress.frames, 'frame')} in {progress.seconds:.1f} s, {size}{dropped}; Ctrl-C ends it"
+
+
 def _record(options: argparse.Namespace) -> int:
     check_folder_of(options.out)
     kind = kind_of(options.out, codec=options.codec, lossless=options.lossless, tiff=options.tiff)
@@ -70,10 +76,12 @@ def _record(options: argparse.Namespace) -> int:
         try:
             grabber.start(keep_trigger=options.keep_trigger)
             begun = time.monotonic()
-            while not recorder.wait(_POLL) and not stop.is_set():
-                source.outage.check()
-                if not recorder.progress.frames and source.outage.waited(begun) > source.timeout:
-                    raise source.no_frame()
+            with progress_note() as show:
+                while not recorder.wait(_POLL) and not stop.is_set():
+                    show(lambda: _so_far(recorder.progress))
+                    source.outage.check()
+                    if not recorder.progress.frames and source.outage.waited(begun) > source.timeout:
+                        raise source.no_frame()
         except GrabberError as error:
             failure = error
         finally:

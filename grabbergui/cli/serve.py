@@ -282,6 +282,8 @@ def _on_yarp(
             calibration=calibration,
         )
         with server:
+            query = f"?nameserver={names.server.host}:{names.server.port}" if options.nameserver else ""
+            print_line(f"YARP: {', '.join(server.places())}; open it as yarp:{server.name}{query}")
             yield server
 
 
@@ -321,6 +323,7 @@ def _on_ros2(
         terminal=remote_terminal(grabber),
     )
     with server:
+        print_line(f"ROS 2: {', '.join(server.places())}; open it as ros2:{server.name}")
         yield server
 
 

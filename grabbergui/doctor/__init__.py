@@ -12,11 +12,13 @@ from grabbergui.doctor.findings import Finding
 from grabbergui.doctor.gige import check_network
 from grabbergui.doctor.software import check_software, shared_memory
 from grabbergui.doctor.usb import check_usb
+from grabbergui.doctor.webcams import check_webcams
 
 
 def check() -> Iterator[Finding]:
     """All checks."""
     yield from check_network()
     yield from check_usb()
+    yield from check_webcams()
     yield from check_software()
     yield from shared_memory(MEMORY)

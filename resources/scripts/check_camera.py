@@ -1,15 +1,13 @@
 """Is this camera fit for work? Opens it, sets it, looks at its frames; exit code 0 means yes.
 
-    grabbergui gui --offscreen --script check_camera.py
+    grabbergui gui gige:192.168.0.10 --offscreen --script check_camera.py
 
-`CAMERA` in the environment names another source than the simulated camera.
+Without a source it tries the simulated camera.
 """
-
-import os
 
 # ruff: noqa: F821  (`app` is the window's)
 
-app.open(os.environ.get("CAMERA", "sim:"))
+app.wait_for_source(otherwise="sim:")
 
 dark = app.wait_for_frames().rgb().mean()
 exposure = app.get("ExposureTime")

@@ -7,10 +7,12 @@ control or is silent for the heartbeat timeout (GigE Vision 2.2, "Control Channe
 from __future__ import annotations
 
 import errno
+import itertools
 import logging
 import os
 import socket
 import time
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import psutil
@@ -65,7 +67,8 @@ def take(link: ControlLink, camera: str, capability: GvcpCapability, *, take_ove
     if holder is not None and holder.process == os.getpid():
         raise AccessDeniedError(f"this program controls {camera} already; close it first")
     where = f" at {holder}" if holder is not None else ""
-    raise AccessDeniedError(f"another application{where} controls {camera}; close it there")
+    instead = f", or open {' or '.join(holder.served)}" if holder is not None and holder.served else ""
+    raise AccessDeniedError(f"another application{where} controls {camera}; close it there{instead}")
 
 
 def _granted(link: ControlLink, camera: str, capability: GvcpCapability, *, take_over: bool) -> bool:
@@ -148,6 +151,8 @@ class _Controller(NamedTuple):
     "Whether it ran on this machine and its socket is closed."
     process: int | None = None
     name: str = ""
+    served: tuple[str, ...] = ()
+    "The URIs at which it shares the camera, if it is a server of ours."
 
     def __str__(self) -> str:
         return f"{self.address} ({self.name}, PID {self.process})" if self.process else self.address
@@ -173,12 +178,23 @@ def _controller(link: ControlLink) -> _Controller | None:
     return _Controller(address, ended=port != 0)
 
 
+def served_uris(command: Sequence[str]) -> Iterator[str]:
+    """Yield the URIs at which a command line of ours shares its camera: `serve … --yarp /grabber`."""
+    if "serve" not in command:
+        return
+    words = [part for word in command for part in word.split("=", 1)]
+    for option, value in itertools.pairwise(words):
+        if option in ("--yarp", "--ros2"):
+            yield f"{option.removeprefix('--')}:/{value.strip('/')}"
+
+
 def _local_controller(address: str, port: int) -> _Controller:
     try:
         for connection in psutil.net_connections("udp4"):
             if connection.pid and connection.laddr in ((address, port), ("0.0.0.0", port)):
-                name = psutil.Process(connection.pid).name()
-                return _Controller(address, process=connection.pid, name=name)
+                process = psutil.Process(connection.pid)
+                served = tuple(served_uris(process.cmdline()))
+                return _Controller(address, process=process.pid, name=process.name(), served=served)
     except (psutil.Error, OSError) as error:
         log.debug("the process at %s:%d cannot be named: %s", address, port, error)
     return _Controller(address)

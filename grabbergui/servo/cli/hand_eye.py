@@ -32,7 +32,7 @@ def add_commands(commands: Any) -> None:
         "hand-eye",
         help="find the pose of a robot's camera: the robot moves and looks at a board",
         description="Without --window the robot moves as soon as it is connected; Ctrl-C stops it.",
-        example="grabbergui hand-eye --robot sim-teo --eye head --target charuco --out teo.hand-eye.yaml",
+        example="grabbergui hand-eye --robot sim-teo --target charuco --columns 5 --rows 4 --size 0.03",
     )
     parser.add_argument(
         "--eye",

@@ -80,6 +80,8 @@ class Program(QObject):
         super().__init__(window)
         self.window = window
         self.preferences = preferences
+        self.named_source = ""
+        "The source with which the program began; empty if the command line named none."
         self.source_list = SourceListModel()
         self.messages = MessageModel()
         self.connection = Connection(create, self.messages)
@@ -167,6 +169,7 @@ class Program(QObject):
         A search imports every kind of source, which would delay the first image. It begins after
         `SEARCH_AFTER_MS` at the latest.
         """
+        self.named_source = uri or ""
         if uri is None:
             self.source_list.start()
             return

@@ -92,8 +92,13 @@ class ScriptApi:
             raise GrabberError(self._failures[0] if self._failures else f"{uri} was closed")
         return self.grabber
 
-    def wait_for_source(self, timeout: float | None = None) -> FrameGrabber:
-        """Wait until the source that the command line named is open and streams, and return it."""
+    def wait_for_source(self, timeout: float | None = None, *, otherwise: str = "") -> FrameGrabber:
+        """Wait until the source that the command line named is open and streams, and return it.
+
+        If it named none, `otherwise` is opened.
+        """
+        if otherwise and not self.program.named_source:
+            return self.open(otherwise, timeout)
         connection = self.program.connection
 
         def refusal() -> str:
