@@ -6,15 +6,15 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureKind, format_value
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import Selected, SettingKey
 
 MAX_INSTANCES = 4096
 "Most instances of a feature, enough for a 12-bit look-up table. A feature with more is reported."
 
 
-def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
+def instances(grabber: FeatureSource, path: Sequence[str]) -> tuple[list[Selected], str]:
     """Return every combination of the selectors' entries, and the reason if some are omitted.
 
     Reads the selectors, writes nothing. If they cannot be changed, only their current entries are returned.
@@ -31,7 +31,7 @@ def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected
     return [tuple(zip(path, entries, strict=True)) for entries in itertools.product(*choices)], ""
 
 
-def instances_of(grabber: FrameGrabber, name: str) -> list[SettingKey]:
+def instances_of(grabber: FeatureSource, name: str) -> list[SettingKey]:
     """Return a feature's settings under all entries of its selectors; none if the camera does not have it."""
     if not grabber.has_feature(name):
         return []

@@ -24,6 +24,7 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.regular_files import read_bounded
@@ -79,12 +80,12 @@ def is_firmware(name: str) -> bool:
     return any(word in name.lower() for word in ("firmware", "bootloader", "fpga", "bitstream"))
 
 
-def has_files(grabber: FrameGrabber) -> bool:
+def has_files(grabber: FeatureSource) -> bool:
     """Return whether a camera has FileAccessControl."""
     return grabber.has_feature(_SELECTOR) and grabber.has_feature("FileOperationExecute")
 
 
-def list_files(grabber: FrameGrabber) -> list[CameraFile]:
+def list_files(grabber: FeatureSource) -> list[CameraFile]:
     """Return the files of a camera, in the order of FileSelector.
 
     Raises UsageError for a camera without files, FeatureError, TransportError.
@@ -363,17 +364,17 @@ class _Transfer:
         return f"{self._doing} {self._name}" + (f" after {self._done} bytes" if self._done else "")
 
 
-def _require(grabber: FrameGrabber) -> None:
+def _require(grabber: FeatureSource) -> None:
     if not has_files(grabber):
         raise UsageError(f"{grabber.info.title} has no files (no FileAccessControl in its description)")
 
 
-def _select(grabber: FrameGrabber, name: str, value: str | int) -> None:
+def _select(grabber: FeatureSource, name: str, value: str | int) -> None:
     if grabber.feature(name).value != value:
         grabber.write_feature(name, value)
 
 
-def _number(grabber: FrameGrabber, name: str) -> int | None:
+def _number(grabber: FeatureSource, name: str) -> int | None:
     """Return an integer feature's value; None if the camera has none."""
     value = grabber.feature(name).value if grabber.has_feature(name) else None
     return int(value) if isinstance(value, int | float) else None

@@ -20,8 +20,9 @@ from grabbergui.core.errors import (
     TransferCancelledError,
     UsageError,
 )
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.file_access import TURN, Progress
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.register_source import RegisterSource
 from grabbergui.core.regular_files import read_bounded
 
 _SELECTOR, _INDEX, _VALUE, _ALL = "LUTSelector", "LUTIndex", "LUTValue", "LUTValueAll"
@@ -50,19 +51,19 @@ class LutShape:
     "Whether LUTValueAll transfers all entries in one go; else each needs a write of its own."
 
 
-def has_lut(grabber: FrameGrabber) -> bool:
+def has_lut(grabber: FeatureSource) -> bool:
     """Return whether a camera has a look-up table whose entries can be set."""
     return grabber.has_feature(_INDEX) and grabber.has_feature(_VALUE)
 
 
-def selectors_of(grabber: FrameGrabber) -> tuple[str, ...]:
+def selectors_of(grabber: FeatureSource) -> tuple[str, ...]:
     """Return the entries of LUTSelector, or one empty text without a selector. Blocks."""
     if not grabber.has_feature(_SELECTOR):
         return ("",)
     return tuple(entry.name for entry in grabber.feature(_SELECTOR).entries if entry.available)
 
 
-def shape_of(grabber: FrameGrabber) -> LutShape:
+def shape_of(grabber: RegisterSource) -> LutShape:
     """Return the shape of the selected table. Raises UsageError for a camera without one."""
     if not has_lut(grabber):
         raise UsageError(f"{grabber.info.title} has no look-up table (no LUTIndex and LUTValue)")
@@ -77,7 +78,7 @@ def shape_of(grabber: FrameGrabber) -> LutShape:
 
 
 def read_table(
-    grabber: FrameGrabber,
+    grabber: RegisterSource,
     selector: str = "",
     *,
     progress: Progress = lambda done, of: None,
@@ -111,7 +112,7 @@ def read_table(
 
 
 def write_table(
-    grabber: FrameGrabber,
+    grabber: RegisterSource,
     table: Table,
     selector: str = "",
     *,
@@ -255,19 +256,19 @@ def _number(field: str) -> float | None:
         return None
 
 
-def _select(grabber: FrameGrabber, selector: str) -> None:
+def _select(grabber: FeatureSource, selector: str) -> None:
     if selector and grabber.feature(_SELECTOR).value != selector:
         grabber.write_feature(_SELECTOR, selector)
 
 
-def _entry(grabber: FrameGrabber, index: int) -> int | None:
+def _entry(grabber: FeatureSource, index: int) -> int | None:
     """Return an entry; None if it cannot be read."""
     grabber.write_feature(_INDEX, index)
     value = grabber.feature(_VALUE).value
     return int(value) if isinstance(value, int | float) else None
 
 
-def _register_length(grabber: FrameGrabber) -> int:
+def _register_length(grabber: RegisterSource) -> int:
     """Return the size of LUTValueAll in bytes; 0 without access to it."""
     try:
         return grabber.register_length(_ALL)
@@ -278,7 +279,7 @@ def _register_length(grabber: FrameGrabber) -> int:
 _Dtype = np.dtype[np.unsignedinteger]
 
 
-def _layouts(grabber: FrameGrabber, shape: LutShape) -> list[_Dtype]:
+def _layouts(grabber: RegisterSource, shape: LutShape) -> list[_Dtype]:
     """Return the possible types of the register's values, as SFNC leaves their byte order to the vendor.
 
     There are two if every value reads the same in either order, such as 257 times its index.
@@ -302,7 +303,7 @@ def _probes(differs: NDArray[np.bool_]) -> list[int]:
     return indices
 
 
-def _write_whole(grabber: FrameGrabber, table: Table, layouts: list[_Dtype]) -> None:
+def _write_whole(grabber: RegisterSource, table: Table, layouts: list[_Dtype]) -> None:
     """Write LUTValueAll and read it back. Raises CameraFileError."""
     for dtype in layouts:
         content = table.astype(dtype).tobytes()
@@ -316,7 +317,7 @@ def _write_whole(grabber: FrameGrabber, table: Table, layouts: list[_Dtype]) -> 
 
 
 def _each(
-    grabber: FrameGrabber,
+    grabber: FeatureSource,
     selector: str,
     entries: int,
     act: Callable[[int], None],

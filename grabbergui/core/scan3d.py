@@ -9,6 +9,7 @@ from contextlib import suppress
 
 from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
@@ -44,7 +45,7 @@ def read_scan3d(grabber: FrameGrabber) -> Scan3d:
     )
 
 
-def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
+def _coordinate(grabber: FeatureSource, axis: str) -> Coordinate:
     """Read one coordinate, or the values for all from a camera without a selector."""
     scale = _number(grabber, "Scan3dCoordinateScale", axis)
     offset = _number(grabber, "Scan3dCoordinateOffset", axis)
@@ -54,13 +55,13 @@ def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
     return Coordinate(1.0 if scale is None else scale, offset or 0.0, invalid)
 
 
-def _number(grabber: FrameGrabber, name: str, axis: str = "") -> float | None:
+def _number(grabber: FeatureSource, name: str, axis: str = "") -> float | None:
     """Return a finite number. Cameras may report NaN, which is invalid data in any case."""
     value = _value(grabber, name, axis)
     return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
 
 
-def _value(grabber: FrameGrabber, name: str, axis: str = "") -> FeatureValue | None:
+def _value(grabber: FeatureSource, name: str, axis: str = "") -> FeatureValue | None:
     if not grabber.has_feature(name):
         return None
     selected: tuple[tuple[str, str], ...] = ()

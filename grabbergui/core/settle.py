@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from grabbergui.core.errors import FeatureError, TransportError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureValue, format_value
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, same_value
 from grabbergui.core.sfnc import AUTO_ONCE, Companions, is_on
 
@@ -44,7 +44,7 @@ refused, and the feature at that time."""
 
 
 def settle(
-    grabber: FrameGrabber,
+    grabber: FeatureSource,
     wanted: Mapping[SettingKey, FeatureValue],
     *,
     report: Report = lambda key, settled, value, error, feature: None,
@@ -64,7 +64,7 @@ def settle(
 
 @dataclass
 class _Settling:
-    grabber: FrameGrabber
+    grabber: FeatureSource
     wanted: Mapping[SettingKey, FeatureValue]
     report: Report
     cancelled: Callable[[], bool]

@@ -6,19 +6,33 @@ A `ReadOnlyGrabber` is a handle for networks with untrusted peers.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar, cast
 
 from typing_extensions import override
 
-from grabbergui.core.calibration import Calibration
-from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import AccessDeniedError, FeatureAccessError
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue
-from grabbergui.core.frame_queue import FrameQueue, StreamStatistics
+from grabbergui.core.feature_source import FeatureSource
+from grabbergui.core.features import AccessMode, Feature, FeatureValue
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.frame_source import FrameSource
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber
+from grabbergui.core.register_source import RegisterSource
 from grabbergui.core.settings import Selectors, SettingKey, WriteResult
+
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def _passed_on(method: _Method) -> _Method:
+    """Return a method for `SharedGrabber` that calls the same one of the grabber behind it."""
+    name = method.__name__
+
+    def call(handle: SharedGrabber, *arguments: Any, **options: Any) -> Any:
+        return getattr(handle._grabber, name)(*arguments, **options)
+
+    call.__name__, call.__doc__ = name, method.__doc__
+    return cast(_Method, call)
 
 
 class SharedGrabber(FrameGrabber):
@@ -29,6 +43,32 @@ class SharedGrabber(FrameGrabber):
     """
 
     shared = True
+
+    feature_tree = _passed_on(FeatureSource.feature_tree)
+    has_feature = _passed_on(FeatureSource.has_feature)
+    feature = _passed_on(FeatureSource.feature)
+    read_features = _passed_on(FeatureSource.read_features)
+    write_feature = _passed_on(FeatureSource.write_feature)
+    execute = _passed_on(FeatureSource.execute)
+    pauses_for = _passed_on(FeatureSource.pauses_for)
+    setting = _passed_on(FeatureSource.setting)
+    read_setting = _passed_on(FeatureSource.read_setting)
+    write_setting = _passed_on(FeatureSource.write_setting)
+    execute_setting = _passed_on(FeatureSource.execute_setting)
+    exclusive = _passed_on(FeatureSource.exclusive)
+
+    offered = _passed_on(FrameGrabber.offered)
+
+    register_length = _passed_on(RegisterSource.register_length)
+    read_register = _passed_on(RegisterSource.read_register)
+    write_register = _passed_on(RegisterSource.write_register)
+
+    start = _passed_on(FrameSource.start)
+    stop = _passed_on(FrameSource.stop)
+    statistics = _passed_on(FrameSource.statistics)
+    calibration = _passed_on(FrameSource.calibration)
+    silence = _passed_on(FrameSource.silence)
+    recorded_coordinates = _passed_on(FrameSource.recorded_coordinates)
 
     def __init__(self, grabber: FrameGrabber) -> None:
         super().__init__(grabber.info)
@@ -67,110 +107,20 @@ class SharedGrabber(FrameGrabber):
     def lost(self) -> str:
         return self._grabber.lost
 
-    @override
-    def feature_tree(self) -> Category:
-        return self._grabber.feature_tree()
-
-    @override
-    def has_feature(self, name: str) -> bool:
-        return self._grabber.has_feature(name)
-
-    @override
-    def feature(self, name: str) -> Feature:
-        return self._grabber.feature(name)
-
     @property
     @override
     def reads_at_once(self) -> int:
         return self._grabber.reads_at_once
-
-    @override
-    def read_features(self, names: Sequence[str]) -> list[Feature]:
-        return self._grabber.read_features(names)
-
-    @override
-    def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        return self._grabber.write_feature(name, value)
 
     @property
     @override
     def selectors(self) -> Selectors:
         return self._grabber.selectors
 
-    @override
-    def setting(self, name: str) -> SettingKey:
-        return self._grabber.setting(name)
-
-    @override
-    def read_setting(self, key: SettingKey) -> Feature:
-        return self._grabber.read_setting(key)
-
-    @override
-    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        return self._grabber.write_setting(key, value)
-
-    @override
-    def execute_setting(self, key: SettingKey) -> None:
-        self._grabber.execute_setting(key)
-
-    @contextmanager
-    @override
-    def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        with self._grabber.exclusive(selectors):
-            yield
-
-    @override
-    def pauses_for(self, name: str) -> bool:
-        return self._grabber.pauses_for(name)
-
-    @override
-    def offered(self, feature: Feature) -> Feature:
-        return self._grabber.offered(feature)
-
-    @override
-    def execute(self, name: str) -> None:
-        self._grabber.execute(name)
-
-    @override
-    def register_length(self, name: str) -> int:
-        return self._grabber.register_length(name)
-
-    @override
-    def read_register(self, name: str, length: int) -> bytes:
-        return self._grabber.read_register(name, length)
-
-    @override
-    def write_register(self, name: str, content: bytes) -> None:
-        self._grabber.write_register(name, content)
-
-    @override
-    def start(self, *, keep_trigger: bool = False) -> None:
-        self._grabber.start(keep_trigger=keep_trigger)
-
-    @override
-    def stop(self) -> None:
-        self._grabber.stop()
-
     @property
     @override
     def streaming(self) -> bool:
         return self._grabber.streaming
-
-    @override
-    def statistics(self) -> StreamStatistics:
-        return self._grabber.statistics()
-
-    @override
-    def calibration(self) -> Calibration | None:
-        return self._grabber.calibration()
-
-    @override
-    def silence(self) -> str:
-        return self._grabber.silence()
-
-    @override
-    def recorded_coordinates(self) -> Scan3d | None:
-        return self._grabber.recorded_coordinates()
 
     @override
     def open_queue(self, depth: int = 2) -> FrameQueue:
