@@ -227,6 +227,34 @@ def test_escape_does_not_throw_views_away(stand, views):
     assert not stand.dialog.isVisible()
 
 
+def _answer(stand, text):
+    stand.until(lambda: stand.dialog.question is not None)
+    question = stand.dialog.question
+    next(button for button in question.buttons() if button.text() == text).click()
+    stand.until(lambda: stand.dialog.question is None)
+
+
+@pytest.mark.parametrize("how", ["button", "title bar"])
+def test_views_are_not_lost_without_a_question(stand, views, how, tmp_path, monkeypatch):
+    """*Close* at the result discarded twenty views without a word."""
+    close = stand.dialog.closeButton.click if how == "button" else stand.dialog.close
+    _take(stand, views[:7])
+    close()
+    assert stand.dialog.isVisible() and "7 views" in stand.dialog.question.text()
+    _answer(stand, "Keep them")
+    assert stand.dialog.isVisible() and stand.dialog.views.topLevelItemCount() >= 5
+    if how == "button":
+        path = tmp_path / "camera.yaml"
+        monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+        stand.click(stand.dialog.nextButton)
+        stand.until(lambda: stand.saved == [path])
+        close()  # nothing is lost any more
+    else:
+        close()
+        _answer(stand, "Discard them")
+    assert not stand.dialog.isVisible()
+
+
 def _take(stand, views, finished=None):
     """Take these views and finish."""
     stand.click(stand.dialog.nextButton)

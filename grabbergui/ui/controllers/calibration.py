@@ -6,6 +6,7 @@ The dialog, and all that it needs, is imported when it is about to be opened: th
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -79,6 +80,18 @@ class CalibrationOpener(QObject):
             self._controller = CalibratingController(dialog, source.grabber, self.saved.emit)
             self._source = source
             dialog.show()
+
+    @property
+    def unsaved(self) -> int:
+        """Views that are lost if the dialog is closed now."""
+        return self.dialog.unsaved if self.dialog is not None else 0
+
+    def confirm(self, proceed: Callable[[], None]) -> None:
+        """Call `proceed`, by which the dialog is closed; ask first if it has views that are not saved."""
+        if self.dialog is not None and self.dialog.unsaved:
+            self.dialog.ask_to_discard(proceed)
+        else:
+            proceed()
 
     def close(self) -> None:
         """Close the dialog if it is open."""

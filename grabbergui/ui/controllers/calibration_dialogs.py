@@ -43,6 +43,8 @@ class CalibratingController(QObject):
         self._on_saved = on_saved
         self._solution: CalibrationSolution | None = None
         self._chosen: int | None = None
+        self._saved = 0
+        "Views of the calibration that was saved last."
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
         self._bridge.bind(self.model.solved, self._on_model_solved)
@@ -130,6 +132,7 @@ class CalibratingController(QObject):
 
     def _on_model_ready(self) -> None:
         preview = self.model.take()
+        self.dialog.unsaved = 0 if self._saved == len(self.model.images) else len(self.model.images)
         if preview is not None and self._chosen is None:
             self.dialog.setPreview(preview, self.model.wanted)
 
@@ -152,6 +155,7 @@ class CalibratingController(QObject):
     def _on_model_saved(self, path: Path) -> None:
         text = self.tr("Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`")
         self.dialog.messages.showNotice(text.format(path))
+        self._saved, self.dialog.unsaved = len(self.model.images), 0
         self._on_saved(path)
 
     def _show_view(self) -> None:

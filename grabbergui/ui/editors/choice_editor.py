@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QStandardItem, QStandardItemModel
+from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent, QMouseEvent, QStandardItem, QStandardItemModel
 from PyQt5.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -28,18 +28,34 @@ _WIDEST_LIST = 480
 "Pixels beyond which the names in an open list are elided."
 
 
+MOST_VISIBLE = 15
+"Entries of an open searchable list that are seen at once."
+_CHOOSING = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
+
+
 class _Combo(ElidedComboBox):
-    """A combo box with signals for its list opening and closing; typing searches a long list."""
+    """A combo box with signals for its list opening and closing; typing filters a long list.
+
+    A long list writes nothing that was not chosen in it: a click or key opens it, with the text selected, so
+    that typing replaces the text.
+    """
 
     popupShown = pyqtSignal()
     popupHidden = pyqtSignal()
 
     def showPopup(self) -> None:
+        if self.isEditable():
+            self._show_all()
+            return
         self.popupShown.emit()
         self._widen(self.view())
         super().showPopup()
 
     def hidePopup(self) -> None:
+        completer = self.completer()
+        if self.isEditable() and completer is not None and (popup := completer.popup()) is not None:
+            popup.hide()
+            return
         super().hidePopup()
         self.popupHidden.emit()
 
@@ -74,13 +90,52 @@ class _Combo(ElidedComboBox):
         completer = QCompleter(self)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        completer.setMaxVisibleItems(MOST_VISIBLE)
         self.setCompleter(completer)
-        line = self.lineEdit()
-        assert line is not None
+        line, popup = self.lineEdit(), completer.popup()
+        assert line is not None and popup is not None
         ShortcutGuard(line, line.isModified)
         line.setAccessibleName(self.accessibleName())
         line.returnPressed.connect(self._take_only_match)
         line.editingFinished.connect(self._show_chosen)
+        line.installEventFilter(self)
+        popup.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Open the list by a click on the text, and report that it opens and closes."""
+        kind = event.type() if event is not None else None
+        completer = self.completer()
+        if watched is self.lineEdit() and isinstance(event, QMouseEvent) and self.isEnabled():
+            if kind == QEvent.Type.MouseButtonPress and event.button() == Qt.MouseButton.LeftButton:
+                self.showPopup()
+                return True
+        elif completer is not None and watched is completer.popup():
+            if kind == QEvent.Type.Show:
+                self.popupShown.emit()
+            elif kind == QEvent.Type.Hide:
+                self.popupHidden.emit()
+        return super().eventFilter(watched, event)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Open a long list by the keys that would choose the entry beside the present one."""
+        if event is not None and event.key() in _CHOOSING and self.isEditable():
+            self.showPopup()
+            return
+        super().keyPressEvent(event)
+
+    def _show_all(self) -> None:
+        """Open the searchable list with all entries, the present one marked; typing replaces its text."""
+        line, completer = self.lineEdit(), self.completer()
+        assert line is not None and completer is not None
+        line.setFocus(Qt.FocusReason.MouseFocusReason)
+        completer.setCompletionPrefix("")
+        popup = completer.popup()
+        assert popup is not None
+        self._widen(popup)
+        completer.complete()
+        if (found := completer.completionModel()) is not None:
+            popup.setCurrentIndex(found.index(self.currentIndex(), 0))
+        line.selectAll()  # last, as the completer writes the marked entry there
 
     def _take_only_match(self) -> None:
         """Choose the entry whose name contains the typed text, if there is only one."""

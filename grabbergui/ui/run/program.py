@@ -279,9 +279,13 @@ class Program(QObject):
     def _may_close(self) -> bool:
         """Return whether the window may be closed now; ask if something is recorded or read by others."""
         recorded, readers = self.recordings.running, self.sharing.all_readers
-        if not (recorded or readers):
+        if not (recorded or readers or self.calibrating.unsaved):
             return True
-        self.recording.confirm(recorded, lambda: self.sharer.confirm_for(readers, self._close_window))
+
+        def ask_readers() -> None:
+            self.sharer.confirm_for(readers, lambda: self.calibrating.confirm(self._close_window))
+
+        self.recording.confirm(recorded, ask_readers)
         return False
 
     def _confirm_closing(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
-from PyQt5.QtGui import QKeyEvent
+from PyQt5.QtGui import QCloseEvent, QKeyEvent
 from PyQt5.QtWidgets import (
     QComboBox,
     QCommandLinkButton,
     QDialog,
     QDoubleSpinBox,
     QLabel,
+    QMessageBox,
     QProgressBar,
     QPushButton,
     QSpinBox,
@@ -36,7 +38,7 @@ from grabbergui.models.open_source import Lack
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
-from grabbergui.ui.shown_text import set_rich, set_tooltip
+from grabbergui.ui.shown_text import question_box, set_rich, set_tooltip
 from grabbergui.ui.widgets.detections import CoverageItem, CoverageView, DrawingItem
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.labels import set_verdict, steps_markup
@@ -160,7 +162,11 @@ class CalibrationDialog(CalibratingDialog):
         self.backButton.clicked.connect(lambda: self.backRequested.emit())
         self.againButton.clicked.connect(lambda: self.againRequested.emit())
         self.moreButton.clicked.connect(lambda: self.moreRequested.emit())
-        self.closeButton.clicked.connect(self.reject)
+        self.unsaved = 0
+        """Views that are lost if the dialog is closed now."""
+        self.question: QMessageBox | None = None
+        """The question whether to discard them, while it is open."""
+        self.closeButton.clicked.connect(self.close)
         self.views.itemChanged.connect(self._on_views_item_changed)
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
         self.setStep(CalibrationPage.BOARD)
@@ -272,6 +278,38 @@ class CalibrationDialog(CalibratingDialog):
         )
         text = self.tr("view {0}, errors enlarged {1} times").format(number + 1, ENLARGED)
         set_verdict(self.verdictLabel, text, "idle")
+
+    def closeEvent(self, event: QCloseEvent | None) -> None:
+        """Ask before views are lost, whether the button or the title bar closes the dialog."""
+        if event is None or not self.unsaved or not self.isVisible():
+            super().closeEvent(event)
+            return
+        event.ignore()
+        self.ask_to_discard(self.reject)
+
+    def ask_to_discard(self, proceed: Callable[[], None]) -> None:
+        """Ask whether the unsaved views may be lost, and call `proceed` if so."""
+        if self.question is not None:
+            self.question.raise_()
+            return
+        self.question = box = question_box(
+            self,
+            self.tr("Discard {0} views?").format(self.unsaved),
+            self.tr("The calibration that is computed from them has not been saved."),
+        )
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        discard = box.addButton(self.tr("Discard them"), QMessageBox.ButtonRole.DestructiveRole)
+        keep = box.addButton(self.tr("Keep them"), QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(keep)
+        box.setEscapeButton(keep)
+
+        def answered() -> None:
+            self.question = None
+            if box.clickedButton() is discard:
+                proceed()
+
+        box.finished.connect(lambda _: answered())
+        box.open()
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
         """Let Escape close the dialog only before there are views, which would be lost."""

@@ -63,6 +63,65 @@ def test_a_long_list_is_searched_by_any_part_of_a_name(take, qtbot):
     assert not take(MODE).editor.combo.isEditable()
 
 
+def opened(combo, qtbot):
+    """The names in the list that a click on the text of a long list opens."""
+    qtbot.mouseClick(combo.lineEdit(), Qt.LeftButton)
+    found = combo.completer().completionModel()
+    qtbot.waitUntil(combo.completer().popup().isVisible)
+    return [found.index(row, 0).data() for row in range(found.rowCount())]
+
+
+def test_a_click_on_the_text_of_a_long_list_opens_it(take, qtbot):
+    hand = take(FORMAT)
+    combo = hand.editor.combo
+    assert opened(combo, qtbot) == FORMATS
+    popup = combo.completer().popup()
+    assert popup.currentIndex().data() == "Mono8"
+    assert hand.holds == ["start"]
+    qtbot.mouseClick(
+        popup.viewport(), Qt.LeftButton, pos=popup.visualRect(popup.model().index(3, 0)).center()
+    )
+    assert hand.values == ["Mono12p"]
+    qtbot.waitUntil(lambda: hand.holds == ["start", "finish"])
+
+
+def test_typing_replaces_the_text_of_a_long_list_and_filters_it(take, qtbot):
+    """ "mono" behind "BayerRG8", then Down and Enter, wrote another entry to the camera."""
+    hand = take(replace(FORMAT, value="BayerRG8"))
+    combo = hand.editor.combo
+    opened(combo, qtbot)
+    qtbot.keyClicks(combo.lineEdit(), "mono")
+    assert combo.lineEdit().text() == "mono"
+    popup = combo.completer().popup()
+    assert popup.model().rowCount() == 5
+    qtbot.keyClick(popup, Qt.Key_Down)
+    assert hand.values == []
+    qtbot.keyClick(popup, Qt.Key_Down)
+    qtbot.keyClick(popup, Qt.Key_Return)
+    assert hand.values == ["Mono10"]
+
+
+@pytest.mark.parametrize("key", [Qt.Key_Up, Qt.Key_Down, Qt.Key_PageUp, Qt.Key_PageDown])
+def test_keys_choose_no_entry_of_a_closed_long_list(take, qtbot, key):
+    hand = take(replace(FORMAT, value="BayerRG8"))
+    combo = hand.editor.combo
+    combo.setFocus()
+    qtbot.keyClick(combo, key)
+    qtbot.waitUntil(combo.completer().popup().isVisible)
+    qtbot.keyClick(combo.completer().popup(), Qt.Key_Escape)
+    assert (hand.values, combo.currentText()) == ([], "BayerRG8")
+
+
+def test_a_typed_text_that_is_no_entry_is_dropped(take, qtbot):
+    hand = take(replace(FORMAT, value="BayerRG8"))
+    combo = hand.editor.combo
+    opened(combo, qtbot)
+    qtbot.keyClicks(combo.lineEdit(), "xyz")
+    qtbot.keyClick(combo.lineEdit(), Qt.Key_Down)
+    qtbot.keyClick(combo.lineEdit(), Qt.Key_Return)
+    assert (hand.values, combo.currentText()) == ([], "BayerRG8")
+
+
 def test_a_long_name_shows_its_beginning_and_is_whole_in_the_list(take, qtbot):
     names = [f"PolarizedAngles_0d_45d_90d_135d_{name}" for name in FORMATS]
     polarised = feature(K.ENUMERATION, names[1], entries=tuple(EnumEntry(name) for name in names))
