@@ -132,7 +132,13 @@ class FrameFanout:
 
 
 class RateMeter:
-    """Measures events and bytes per second over a short window. Thread-safe for one writer."""
+    """Measures events and bytes per second. Thread-safe for one writer.
+
+    Over a short window, or, if events are rarer, over a few of their periods.
+    """
+
+    PERIODS = 3
+    "Periods of rare events that are measured; after as many without an event the rate is 0."
 
     def __init__(self, window: float = 2.0) -> None:
         self._window = window
@@ -146,7 +152,11 @@ class RateMeter:
         """Return events and amount per second; zeros if the window contains fewer than two events."""
         now = time.monotonic() if now is None else now
         # Copying is atomic; an iterator would fail if another thread called `add`.
-        recent = [event for event in self._events.copy() if event[0] >= now - self._window]
+        events = self._events.copy()
+        window = self._window
+        if len(events) > 1:
+            window = max(window, self.PERIODS * (events[-1][0] - events[-2][0]))
+        recent = [event for event in events if event[0] >= now - window]
         if len(recent) < 2:
             return 0.0, 0.0
         # From the first event to the last, so that the rate is right from the second event on; but to now if

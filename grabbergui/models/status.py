@@ -68,6 +68,11 @@ _TONES = {
 "All other conditions are busy."
 
 
+def rate_text(rate: float) -> str:
+    """Return a frame rate as display text: a decimal, and two below a tenth."""
+    return localized(f"{rate:.2f}" if 0 < rate < 0.095 else f"{rate:.1f}")
+
+
 @dataclass(frozen=True)
 class SourceReading:
     """Observations of a source at one moment, from which `condition` follows."""

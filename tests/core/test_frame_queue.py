@@ -180,6 +180,17 @@ def test_a_stalled_stream_slows_down_and_stops():
     assert meter.rates(now=3.5) == (0, 0)
 
 
+def test_a_slow_stream_has_a_rate_too():
+    """At 0.5 Hz the window showed 0.0 fps while images came."""
+    meter = RateMeter(window=2)
+    for step in range(5):
+        meter.add(10, now=2.0 * step)
+    for now in (8.0, 9.0, 9.9, 11.9):
+        assert meter.rates(now=now) == pytest.approx((0.5, 5))
+    assert meter.rates(now=13.0)[0] < 0.5
+    assert meter.rates(now=15.0) == (0, 0)
+
+
 def test_simultaneous_events_give_no_infinite_rate():
     meter = RateMeter()
     meter.add(1, now=5.0)

@@ -11,7 +11,15 @@ from grabbergui.core.grabber import ConnectionState
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Health, StreamHealth
 from grabbergui.models.open_source import LinkState
-from grabbergui.models.status import MOST_STEP, Condition, SourceReading, SourceStatus, StatusModel, Tone
+from grabbergui.models.status import (
+    MOST_STEP,
+    Condition,
+    SourceReading,
+    SourceStatus,
+    StatusModel,
+    Tone,
+    rate_text,
+)
 from patience import PATIENCE, until
 
 RUNNING = SourceReading(LinkState.STREAMING, frames=100, silent=0.1)
@@ -60,6 +68,14 @@ def test_a_tile_shows_no_rate_that_contradicts_its_state():
     live = SourceStatus(Condition.LIVE, rate=0.0)
     assert live.tile == "live"
     assert replace(live, health=StreamHealth(Health.LOSING)).tile == "live, losing frames"
+    assert [rate_text(rate) for rate in (0.0, 0.08, 0.5, 7.46, 30.0, 123.4)] == [
+        "0.0",
+        "0.08",
+        "0.5",
+        "7.5",
+        "30.0",
+        "123.4",
+    ]
     assert (replace(live, rate=0.5).tile, replace(live, rate=1.4).tile) == ("0.5 fps", "1 fps")
 
 

@@ -159,6 +159,8 @@ class ChoiceEditor(FeatureEditor):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._entries: tuple[EnumEntry, ...] = ()
+        self._chosen: object = None
+        "The entry that the camera has, or was asked to take."
         self.combo = _Combo()
         self.combo.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.combo.setMinimumContentsLength(6)
@@ -171,6 +173,7 @@ class ChoiceEditor(FeatureEditor):
     def setFeature(self, feature: Feature) -> None:
         """Show the current entry."""
         self.combo.setAccessibleName(feature.title)
+        self._chosen = feature.value
         if feature.entries != self._entries:
             self._entries = feature.entries
             self.combo.showEntries(self._model())
@@ -191,4 +194,7 @@ class ChoiceEditor(FeatureEditor):
         return model
 
     def _on_combo_activated(self, index: int) -> None:
-        self.valueEdited.emit(self._entries[index].name)
+        name = self._entries[index].name
+        if name != self._chosen:  # Enter reaches list and text
+            self._chosen = name
+            self.valueEdited.emit(name)

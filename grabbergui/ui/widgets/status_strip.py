@@ -13,7 +13,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.language import localized
 from grabbergui.models.messages import UserMessage
-from grabbergui.models.status import Tone
+from grabbergui.models.status import Tone, rate_text
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
@@ -80,7 +80,9 @@ class StatusStrip(QWidget):
         """Show frames per second from the camera, and images painted per second."""
         self._show(
             self.rateLabel,
-            localized(self.tr("{0:.1f} fps · {1:.0f} shown").format(camera, painted)),
+            self.tr("{0} fps · {1} shown").format(
+                rate_text(camera), rate_text(painted) if painted < 1 else f"{painted:.0f}"
+            ),
         )
 
     def setBandwidth(self, bytes_per_second: float) -> None:
