@@ -45,6 +45,8 @@ class Connection:
     """The source (OpenSource) that will replace the current one; None after that, or if it is cancelled."""
     failed = Signal(str)
     """A request failed; a sentence as display text."""
+    refused = Signal(str, str)
+    """The requested URI of a source that could not be opened, and the reason as display text."""
 
     def __init__(
         self,
@@ -95,10 +97,14 @@ class Connection:
     def connect_to(self, uri: str, *, start: bool = True) -> None:
         """Open a source in place of the current one and `start` it; make a background source current.
 
-        The current source stays until the new one is open, unless it is the same or not open yet. Raises
-        UsageError for a malformed URI; `failed` reports other failures.
+        The current source stays until the new one is open, unless it is the same or not open yet. If several
+        are open, it stays open in the background. Raises UsageError for a malformed URI; `failed` reports
+        other failures.
         """
-        parsed = SourceUri.parse(uri)
+        self._connect_to(SourceUri.parse(uri), start, beside=len(self._sources) > 1)
+
+    def _connect_to(self, parsed: SourceUri, start: bool, *, beside: bool) -> None:
+        """Connect; with `beside`, the current source stays open."""
         self.messages.end(None, Cause.OPENING)
         self.cancel_pending()
         before = self._source
@@ -109,7 +115,7 @@ class Connection:
                 self._end(before, "")
             self._begin(parsed, start, current=True)
         else:
-            self._begin_pending(parsed, start, before)
+            self._begin_pending(parsed, start, None if beside else before)
 
     def replaced_by(self, uri: str, *, playing: bool = False) -> OpenSource | None:
         """Return the source that `connect_to`, or `play`, would close. Raises UsageError like these."""
@@ -118,7 +124,10 @@ class Connection:
             return None
         if playing and current is not None and current.uri.scheme != parsed.scheme:
             return self._in_background(self._played) if self._played is not None else None
-        return current
+        if playing or current is None:
+            return current
+        several = len(self._sources) > 1 and not current.is_named(parsed)
+        return None if several else current
 
     def cancel_pending(self) -> None:
         """Cancel the pending source, if any, and keep the current one."""
@@ -134,7 +143,7 @@ class Connection:
         self._played = parsed = SourceUri.parse(uri)
         before = self._source
         if before is None or before.uri.scheme == parsed.scheme or self._in_background(parsed) is not None:
-            self.connect_to(uri)
+            self._connect_to(parsed, start=True, beside=False)
             return
         self.messages.end(None, Cause.OPENING)
         self.make_current(self._begin(parsed, start=True, current=False))
@@ -172,7 +181,7 @@ class Connection:
         self._submit_opening(source, start)
         return source
 
-    def _begin_pending(self, uri: SourceUri, start: bool, before: OpenSource) -> None:
+    def _begin_pending(self, uri: SourceUri, start: bool, before: OpenSource | None) -> None:
         source = OpenSource(uri, among=lambda: self._sources)
         source.replaces = before
         with self._lock:
@@ -280,16 +289,17 @@ class Connection:
 
     def _make_way(self, source: OpenSource, info: DeviceInfo) -> bool:
         """Close the current source and wait if it is the same camera. Return whether it was closed."""
-        before = source.replaces
+        before = source.replaces or (self._source if source is self._pending else None)
         if before is None or not before.is_device(info):
             return False
+        source.replaces = before
         source.reopen_on_failure = before.exact_uri
         return self._take_place(source) and before.worker.close(CLOSE_PATIENCE)
 
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
             return
-        if source.replaces is not None:
+        if source is self._pending:
             if not self._take_place(source):
                 return
             if source.state is LinkState.LOST:
@@ -378,6 +388,8 @@ class Connection:
         self.failed.emit(message)
 
     def _give_up(self, source: OpenSource, message: str) -> None:
+        if not source.abandoned.is_set():
+            self.refused.emit(str(source.uri), message)
         if self._drop(source):
             self.pending_changed.emit(None)
             self._report_not_opened(message)

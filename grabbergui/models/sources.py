@@ -6,8 +6,11 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from ipaddress import IPv4Address
 from pathlib import Path
+from urllib.parse import unquote
 from weakref import WeakSet
 
 from psygnal import Signal
@@ -43,6 +46,8 @@ class ListedSource:
     "Whether it is open, as the current source or in the background."
     lost: bool = False
     "Whether it is open but does not answer."
+    problem: str = ""
+    "Why the last attempt to open it failed, as display text; empty if it did not."
 
     @property
     def details(self) -> list[str]:
@@ -52,12 +57,14 @@ class ListedSource:
         shown_above = not info.serial or info.serial in info.short_title
         serial = "" if shown_above else translate("Sources", "serial {0}").format(info.serial)
         place = " · ".join(part for part in (_bus_text(info.bus), info.address) if part)
-        options = info.uri.partition("?")[2]
-        state = ""
+        options = unquote(info.uri.partition("?")[2])
+        state = translate("Sources", "not connected")  # so that the card keeps its height
         if self.lost:
             state = translate("Sources", "lost, reconnecting")
         elif self.connected:
             state = translate("Sources", "connected")
+        elif self.problem:
+            state = translate("Sources", "did not open")
         elif self.manual:
             state = translate("Sources", "added by hand")
         lines = [" · ".join(part for part in (maker, serial) if part), place, options, state]
@@ -98,6 +105,8 @@ class SourceListModel:
         self._open: dict[str, DeviceInfo] = {}
         "By the requested URI, as those in `_lost`."
         self._lost: frozenset[str] = frozenset()
+        self._problems: dict[str, str] = {}
+        "Why the last attempt to open a source failed, by the requested URI."
         self._shown: tuple[ListedSource, ...] = ()
         self._lock = threading.Lock()
         self._wakeup = threading.Event()
@@ -133,17 +142,29 @@ class SourceListModel:
         """Search now instead of after the interval. Never waits."""
         self._wakeup.set()
 
-    def add(self, uri: str) -> SourceUri:
-        """Add a source that the user typed. Raises UsageError for a malformed URI or an unknown kind."""
-        parsed = sources.parse(uri)
+    def add(self, text: str) -> SourceUri:
+        """Add a source that the user typed: a URI, or a GigE camera's IP address alone.
+
+        Raises UsageError for a malformed URI or an unknown kind.
+        """
+        parsed = sources.parse(typed_uri(text))
         with self._lock:
             self._manual[str(parsed)] = DeviceInfo(str(parsed), address=parsed.name)
         self._publish()
         return parsed
 
+    def note_problem(self, uri: str, problem: str) -> None:
+        """Note why a source did not open; empty once it has."""
+        with self._lock:
+            self._problems.pop(uri, None)
+            if problem:
+                self._problems[uri] = problem
+        self._publish()
+
     def remove(self, uri: str) -> None:
         """Remove a source that the user added, by its typed URI or its own."""
         with self._lock:
+            self._problems.pop(uri, None)
             known = [line.info for line in self._shown if line.info.uri == uri]
             for typed, info in list(self._manual.items()):
                 if uri in (typed, info.uri) or any(_is_one(info, line) for line in known):
@@ -182,6 +203,8 @@ class SourceListModel:
         with self._lock:
             seen = {info.uri: info for info in found if _is_usable(info.uri)}
             for uri in [uri for uri in self._found if uri not in seen]:
+                if any(_is_one(self._found[uri], info) for info in self._open.values()):
+                    continue  # a lost camera keeps its place
                 self._missed[uri] = self._missed.get(uri, 0) + 1
                 if self._missed[uri] > KEEP_MISSES:
                     del self._found[uri], self._missed[uri]
@@ -217,7 +240,19 @@ class SourceListModel:
             manual = line is not None and line.manual
             opened = ListedSource(info, manual, connected=True, lost=requested in self._lost)
             lines[index : index + 1] = [opened]
-        return lines
+        return [
+            replace(line, problem=self._problems[line.info.uri])
+            if line.info.uri in self._problems and not line.connected
+            else line
+            for line in lines
+        ]
+
+
+def typed_uri(text: str) -> str:
+    """Return the URI that a typed text means: an IP address alone is that of a GigE Vision camera."""
+    with suppress(ValueError):
+        return f"{sources.SourceKind.GIGE.value}:{IPv4Address(text.strip())}"
+    return text
 
 
 def _is_usable(uri: str) -> bool:

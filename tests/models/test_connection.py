@@ -94,6 +94,22 @@ def test_a_failure_to_open_another_source_is_said_for_a_while(bench):
     assert message.cause is Cause.OPENING and message.ends is not None
 
 
+def test_with_several_open_the_next_one_is_opened_beside_them(bench):
+    """The tile of the current one vanished without a word."""
+    bench.others = {f"sim:{name}": Source() for name in ("one", "two", "three")}
+    bench.link.connect_to("sim:one")
+    bench.until(S.STREAMING)
+    bench.link.open_additional("sim:two")
+    until(lambda: len(bench.link.sources) == 2)
+    assert bench.link.replaced_by("sim:three") is None
+    bench.link.connect_to("sim:three")
+    assert bench.link.source.title == bench.link.sources[0].title, "until the new one is open"
+    until(lambda: [str(source.uri) for source in bench.link.sources] == ["sim:one", "sim:two", "sim:three"])
+    until(lambda: str(bench.link.source.uri) == "sim:three" and bench.link.state is S.STREAMING)
+    assert bench.link.pending is None
+    assert bench.link.replaced_by("sim:three") is bench.link.source, "opening the current one again closes it"
+
+
 def test_a_source_that_does_not_start_stays_open(bench):
     bench.source.start_problem = TransportError("no bandwidth left")
     bench.link.connect_to("sim:")
@@ -411,14 +427,6 @@ def test_when_the_current_source_is_closed_the_other_becomes_current(bench, pair
     bench.link.disconnect()
     assert pair.reported[:2] == [("closing", pair.first), ("ending", pair.first)]
     assert bench.link.source is pair.beside and bench.states == [S.CLOSED, S.OPENING, S.STREAMING]
-
-
-def test_another_source_replaces_only_the_current_one(bench, pair):
-    bench.others["sim:scene"] = third = Source()
-    bench.link.connect_to("sim:scene")
-    until(lambda: third.streaming, "the start")
-    assert pair.first not in bench.link.sources and bench.link.sources[1] is pair.beside
-    assert third.streaming and pair.other.streaming
 
 
 def test_an_open_source_is_not_opened_in_the_background(bench, pair):

@@ -9,11 +9,11 @@ from dataclasses import replace
 import pytest
 from connection_bench import Source
 
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
-from grabbergui.models.sources import KEEP_MISSES, GalleryModel, SourceListModel
+from grabbergui.models.sources import KEEP_MISSES, GalleryModel, ListedSource, SourceListModel
 from patience import PATIENCE, until
 
 CAMERA = DeviceInfo("gige:GV01", vendor="Acme", model="One", serial="GV01")
@@ -48,6 +48,59 @@ def listing():
 
 def uris(model):
     return [line.info.uri for line in model.sources]
+
+
+def test_an_ip_address_alone_is_a_gige_camera(listing):
+    model = listing(Network())
+    assert str(model.add(" 127.0.0.41 ")) == "gige:127.0.0.41"
+    assert uris(model) == ["gige:127.0.0.41"]
+
+
+def test_an_address_that_did_not_open_is_marked_until_it_does(listing):
+    """It looked as healthy as any other."""
+    model = listing(Network())
+    model.add("gige:10.9.8.7")
+    model.note_problem("gige:10.9.8.7", "it was not found")
+    (line,) = model.sources
+    assert line.problem == "it was not found" and line.details[-1] == "did not open"
+    model.note_problem("gige:10.9.8.7", "")
+    assert model.sources[0].details[-1] == "added by hand"
+    model.note_problem("gige:10.9.8.7", "it was not found")
+    model.remove("gige:10.9.8.7")
+    model.add("gige:10.9.8.7")
+    assert not model.sources[0].problem
+
+
+def test_a_failure_to_open_names_the_requested_source(bench):
+    refused = []
+    bench.link.refused.connect(lambda *what: refused.append(what))
+    bench.source.problem = TransportError("the cable is out")
+    bench.link.connect_to("sim:")
+    until(lambda: refused)
+    assert refused == [("sim:", "the cable is out")]
+
+
+def test_a_lost_camera_keeps_its_place(listing):
+    other = replace(CAMERA, uri="gige:GV02", serial="GV02")
+    network = Network(CAMERA, other)
+    model = listing(network)
+    model.start()
+    until(lambda: uris(model) == ["gige:GV01", "gige:GV02"])
+    model.set_open({"gige:GV01": CAMERA}, ["gige:GV01"])
+    network.infos = [other]
+    searches = network.searches
+    until(lambda: network.searches > searches + KEEP_MISSES + 2)
+    assert uris(model) == ["gige:GV01", "gige:GV02"]
+
+
+def test_a_card_has_as_many_lines_connected_lost_or_neither():
+    lines = [ListedSource(CAMERA, connected=on, lost=lost) for on, lost in ((0, 0), (1, 0), (1, 1))]
+    assert len({len(line.details) for line in lines}) == 1
+
+
+def test_options_are_decoded():
+    info = DeviceInfo("yarp:/grabber?nameserver=127.0.0.1%3A10871", bus="YARP", address="/grabber")
+    assert "nameserver=127.0.0.1:10871" in ListedSource(info).details
 
 
 def test_found_sources_stay_listed(listing):
@@ -114,7 +167,7 @@ def test_a_source_added_by_user_stays_until_removed_and_is_not_listed_twice(list
 @pytest.mark.parametrize(
     ("typed", "says"),
     [
-        ("192.168.0.10", "did you mean gige:192.168.0.10"),
+        ("192.168.0", "write its kind first"),
         ("foo:bar", "of no known kind"),
         ("sim:?pixelformat=Mono8", "did you mean pixel_format"),
         ("v4l2:?fps=3", "sources have no options"),

@@ -3,8 +3,10 @@
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QFontMetrics
+from PyQt5.QtWidgets import QMenu
 
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.models.open_source import Lack
 from grabbergui.models.sources import ListedSource
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.views.source_list import SourceListView
@@ -92,3 +94,50 @@ def test_the_known_addresses_are_hidden_once_an_address_is_used(view, qtbot):
     qtbot.waitUntil(view.addressEdit.completer().popup().isVisible)
     view.requestBeside()
     assert not view.addressEdit.completer().popup().isVisible()
+
+
+def menu(view, row):
+    """The entries of a line's menu."""
+    view._on_menu_requested(view.sourceList.visualItemRect(view.sourceList.item(row)).center())
+    opened = view.findChildren(QMenu)[-1]
+    texts = [action.text() for action in opened.actions()]
+    opened.close()
+    return texts
+
+
+def test_the_menu_of_a_line_offers_what_applies(view):
+    """It offered *Connect* on a camera that was connected."""
+    infos = [DeviceInfo(f"gige:{name}", user_name=name) for name in ("current", "other", "closed")]
+    view.setSources([ListedSource(info, connected=info.user_name != "closed") for info in infos])
+    view.setCurrent("gige:current", True)
+    assert menu(view, 0) == ["Disconnect"]
+    assert menu(view, 1) == ["Show"]
+    assert menu(view, 2)[:3] == ["Connect", "Connect without starting", "Open beside"]
+
+
+def test_delete_forgets_a_line_that_was_added_by_hand(view, qtbot):
+    infos = [DeviceInfo("gige:found"), DeviceInfo("gige:typed")]
+    view.setSources([ListedSource(infos[0]), ListedSource(infos[1], manual=True, problem="not found")])
+    forgotten = []
+    view.forgetRequested.connect(forgotten.append)
+    for row in range(2):
+        view.sourceList.setCurrentRow(row)
+        view.sourceList.setFocus()
+        qtbot.keyClick(view.sourceList, Qt.Key_Delete)
+    assert forgotten == ["gige:typed"]
+
+
+def test_connect_is_offered_for_the_selected_source(view):
+    """With another source selected, *Connect* was grey: it looked at the current one only."""
+    infos = [DeviceInfo("gige:current"), DeviceInfo("gige:closed")]
+    view.setSources([ListedSource(infos[0], connected=True), ListedSource(infos[1])])
+    lacks = []
+    view.connectableChanged.connect(lacks.append)
+    view.setCurrent("gige:current", True)
+    assert lacks[-1] is Lack.PRESENT
+    view.sourceList.setCurrentRow(1)
+    assert lacks[-1] is None and view.lack is None
+    view.sourceList.setCurrentRow(0)
+    assert lacks[-1] is Lack.PRESENT
+    view.addressEdit.setText("sim:")
+    assert lacks[-1] is None

@@ -173,9 +173,6 @@ class AcquisitionController(QObject):
 
     def _enable_actions(self) -> None:
         state, actions, source = self._connection.state, self._actions, self._connection.source
-        for action in (actions.actionConnect, actions.actionConnectStill):
-            closed = state in (LinkState.CLOSED, LinkState.LOST)
-            set_available(action, None if closed else Lack.PRESENT)
         set_available(actions.actionDisconnect, None if source is not None else Lack.SOURCE)
         set_available(actions.actionStart, Lack.REST if state is LinkState.STREAMING else lack_of(source))
         lack = lack_of(source, stream=True)

@@ -12,7 +12,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.sources import ListedSource, SourceListModel, with_description
+from grabbergui.models.sources import ListedSource, SourceListModel, typed_uri, with_description
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -56,6 +56,7 @@ class SourcesController(QObject):
         bridge.bind(model.changed, self._on_model_changed)
         bridge.bind(model.searching, view.setSearching)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(connection.refused, model.note_problem)
         bridge.bind(connection.pending_changed, self._on_connection_pending_changed)
         bridge.bind(connection.sources_changed, self._on_connection_sources_changed)
         view.connectRequested.connect(self.connect_to)
@@ -72,6 +73,7 @@ class SourcesController(QObject):
 
     def connect_to(self, uri: str, *, start: bool = True) -> None:
         """Open a source, and `start` it. A malformed URI is posted as a message."""
+        uri = typed_uri(uri)
         try:
             replaced = self._connection.replaced_by(uri)
         except UsageError as error:
@@ -95,7 +97,7 @@ class SourcesController(QObject):
     def open_additional(self, uri: str) -> None:
         """Open an additional source. A malformed URI is posted as a message."""
         try:
-            self._connection.open_additional(uri)
+            self._connection.open_additional(typed_uri(uri))
         except UsageError as error:
             self._messages.error(error_text(error))
 
@@ -141,6 +143,7 @@ class SourcesController(QObject):
             uri = source.grabber.info.uri
         self._view.setCurrent(uri, state is not LinkState.CLOSED)
         if state is LinkState.OPEN and source is not None:
+            self._model.note_problem(str(source.uri), "")
             self._preferences.note_source(str(source.uri))
             self._view.setRecent(self._preferences.recent)
 

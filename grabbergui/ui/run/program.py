@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer, QUrl
@@ -30,6 +31,7 @@ from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.terminal import remote_terminal
+from grabbergui.ui.actions import set_available
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
@@ -238,6 +240,9 @@ class Program(QObject):
         window.closing.connect(self.calibrating.close)
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
+        for action in (window.actionConnect, window.actionConnectStill):
+            set_available(action, window.sources.lack)
+            window.sources.connectableChanged.connect(partial(set_available, action))
         window.actionConnect.triggered.connect(window.sources.requestConnect)
         window.actionConnectStill.triggered.connect(window.sources.requestStill)
         window.actionDisconnect.triggered.connect(self.sources.disconnect_current)

@@ -166,7 +166,7 @@ class CalibrationDialog(CalibratingDialog):
         """Views that are lost if the dialog is closed now."""
         self.question: QMessageBox | None = None
         """The question whether to discard them, while it is open."""
-        self.closeButton.clicked.connect(self.close)
+        self.closeButton.clicked.connect(lambda: self.close())
         self.views.itemChanged.connect(self._on_views_item_changed)
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
         self.setStep(CalibrationPage.BOARD)

@@ -14,7 +14,7 @@ from PyQt5.QtCore import (
     Qt,
     pyqtSignal,
 )
-from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette
+from PyQt5.QtGui import QColor, QFont, QFontMetrics, QKeySequence, QPainter, QPalette
 from PyQt5.QtWidgets import (
     QAbstractItemView,
     QCompleter,
@@ -24,6 +24,7 @@ from PyQt5.QtWidgets import (
     QListWidgetItem,
     QMenu,
     QPushButton,
+    QShortcut,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -151,6 +152,8 @@ class SourceListView(QWidget):
     """The URI of an additional source to open."""
     descriptionRequested = pyqtSignal(str)
     """The URI of a camera to open with a description from a file."""
+    connectableChanged = pyqtSignal(object)
+    """What lacks for *Connect* (a `Lack`, or None): it depends on what is selected or typed."""
     addressEntered = pyqtSignal(str)
     """The text of the address field."""
     disconnectRequested = pyqtSignal()
@@ -188,6 +191,12 @@ class SourceListView(QWidget):
         self.sourceList.itemSelectionChanged.connect(self._update_button)
         self.sourceList.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.sourceList.customContextMenuRequested.connect(self._on_menu_requested)
+        QShortcut(
+            QKeySequence(Qt.Key.Key_Delete),
+            self.sourceList,
+            self._on_delete_pressed,
+            context=Qt.ShortcutContext.WidgetShortcut,
+        )
         self.connectButton.clicked.connect(self._on_connect_clicked)
         self.besideButton.clicked.connect(self.requestBeside)
         self._update_button()
@@ -295,18 +304,33 @@ class SourceListView(QWidget):
         source: ListedSource = item.data(SOURCE_ROLE)
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.addAction(self.tr("Connect"), lambda: self.connectRequested.emit(source.info.uri))
-        menu.addAction(self.tr("Connect without starting"), lambda: self.stillRequested.emit(source.info.uri))
-        if self._connected and not source.connected:
-            menu.addAction(self.tr("Open beside"), lambda: self.besideRequested.emit(source.info.uri))
-        if takes_description(source.info.uri):
+        uri = source.info.uri
+        current = self._connected and uri == self._current
+        if source.connected and not source.lost:
+            if current:
+                menu.addAction(self.tr("Disconnect"), self.disconnectRequested.emit)
+            else:
+                menu.addAction(self.tr("Show"), lambda: self.connectRequested.emit(uri))
+        else:
+            menu.addAction(self.tr("Connect"), lambda: self.connectRequested.emit(uri))
+            menu.addAction(self.tr("Connect without starting"), lambda: self.stillRequested.emit(uri))
+            if self._connected and not current:
+                menu.addAction(self.tr("Open beside"), lambda: self.besideRequested.emit(uri))
+        if takes_description(uri) and not source.connected:
             menu.addAction(
                 self.tr("Connect with a description file…"),
-                lambda: self.descriptionRequested.emit(source.info.uri),
+                lambda: self.descriptionRequested.emit(uri),
             )
         if source.manual:
-            menu.addAction(self.tr("Forget"), lambda: self.forgetRequested.emit(source.info.uri))
+            menu.addAction(self.tr("Forget"), lambda: self.forgetRequested.emit(uri))
         menu.popup(self.sourceList.mapToGlobal(place))
+
+    def _on_delete_pressed(self) -> None:
+        """Forget the selected source if the user added it."""
+        for item in self.sourceList.selectedItems():
+            source: ListedSource = item.data(SOURCE_ROLE)
+            if source.manual and not source.connected:
+                self.forgetRequested.emit(source.info.uri)
 
     def _on_connect_clicked(self) -> None:
         if self._leaves():
@@ -322,6 +346,13 @@ class SourceListView(QWidget):
         """The typed or chosen source, if it is not the current one; else empty."""
         return self.addressEdit.text().strip() or (self.selected if self.selected != self._current else "")
 
+    @property
+    def lack(self) -> Lack | None:
+        """What lacks for connecting to the typed or selected source; None if it can be opened or shown."""
+        items = self.sourceList.selectedItems()
+        lost = bool(items) and items[0].data(SOURCE_ROLE).lost
+        return None if self._other() or lost or not self._connected else Lack.PRESENT
+
     def _update_button(self) -> None:
         leaves, items, typed = (
             self._leaves(),
@@ -336,6 +367,7 @@ class SourceListView(QWidget):
         self.besideButton.setVisible(self._connected and bool(self._other()))
         set_available(self.besideButton, Lack.SHOWN if opened else None)
         set_available(self.connectButton, None if leaves or typed or self.selected else Lack.CHOICE)
+        self.connectableChanged.emit(self.lack)
 
     def _tooltip(self, source: ListedSource) -> str:
         info = source.info
@@ -349,5 +381,6 @@ class SourceListView(QWidget):
             self.tr("version"): info.version,
             self.tr("seen on"): info.interface,
             self.tr("note"): info.note,
+            self.tr("did not open"): source.problem,
         }
         return "\n".join(f"{name}: {value}" for name, value in rows.items() if value)
