@@ -166,7 +166,7 @@ class CalibrationDialog(CalibratingDialog):
         """Views that are lost if the dialog is closed now."""
         self.question: QMessageBox | None = None
         """The question whether to discard them, while it is open."""
-        self.closeButton.clicked.connect(lambda: self.close())
+        self.closeButton.clicked.connect(self._on_close_clicked)
         self.views.itemChanged.connect(self._on_views_item_changed)
         self.views.currentItemChanged.connect(self._on_views_current_item_changed)
         self.setStep(CalibrationPage.BOARD)
@@ -278,6 +278,9 @@ class CalibrationDialog(CalibratingDialog):
         )
         text = self.tr("view {0}, errors enlarged {1} times").format(number + 1, ENLARGED)
         set_verdict(self.verdictLabel, text, "idle")
+
+    def _on_close_clicked(self) -> None:
+        self.close()
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
         """Ask before views are lost, whether the button or the title bar closes the dialog."""
