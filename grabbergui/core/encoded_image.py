@@ -24,6 +24,27 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError, RemoteProtocolError
 from grabbergui.core.pfnc import PixelFormat
 
+_JPEG, _PNG, _BMP = b"\xff\xd8", b"\x89PNG\r\n\x1a\n", b"BM"
+"The first bytes of such files."
+_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
+"Markers SOF0 to SOF15 without DHT, JPG and DAC: the segments that contain the size."
+_WITHOUT_LENGTH = frozenset((0x01, *range(0xD0, 0xD9)))
+"Markers that no length follows: TEM, RST0 to RST7, SOI."
+LARGEST_SIDE = 1 << 16
+"Pixels."
+MOST_PIXELS = 1 << 28
+"Pixels of an image that is decoded; the largest sensors have some 250 million."
+_CODESTREAM = b"\xff\x4f\xff\x51"
+"Start of codestream and of the SIZ segment, in a JP2 file or alone."
+_MOST_TAGS = 500
+_TIFF_NUMBERS = {3: "H", 4: "I", 16: "Q"}
+_NETPBM = re.compile(rb"P[1-6]\s(?:\s*#[^\n]*\n)*\s*(\d{1,10})\s+(\d{1,10})\s")
+"The beginning of PBM, PGM and PPM: width and height as text, after comments."
+SHOWN_WIDTH = 960
+"Largest width of an image in a notebook, in pixels. Wider ones are scaled down for the way to the browser."
+SHOWN_HEIGHT = 65_500
+"Largest height of a JPEG that OpenCV writes."
+
 
 class Encoding(Protocol):
     """A kind of compression."""
@@ -70,18 +91,6 @@ class StillImage:
         return np.ascontiguousarray(image).reshape(-1).view(np.uint8)
 
 
-_JPEG, _PNG, _BMP = b"\xff\xd8", b"\x89PNG\r\n\x1a\n", b"BM"
-"The first bytes of such files."
-_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"Markers SOF0 to SOF15 without DHT, JPG and DAC: the segments that contain the size."
-_WITHOUT_LENGTH = frozenset((0x01, *range(0xD0, 0xD9)))
-"Markers that no length follows: TEM, RST0 to RST7, SOI."
-LARGEST_SIDE = 1 << 16
-"Pixels."
-MOST_PIXELS = 1 << 28
-"Pixels of an image that is decoded; the largest sensors have some 250 million."
-
-
 def jpeg_header(data: bytes) -> StillImageHeader:
     """Read the frame header (SOF) of a JPEG image. Raises PixelFormatError."""
     at = _frame_header_at(data)
@@ -105,10 +114,6 @@ def _frame_header_at(file: bytes | memoryview) -> int | None:
         else:
             at += 2 + int.from_bytes(file[at + 2 : at + 4], "big")
     return None
-
-
-_CODESTREAM = b"\xff\x4f\xff\x51"
-"Start of codestream and of the SIZ segment, in a JP2 file or alone."
 
 
 def jpeg2000_header(data: bytes) -> StillImageHeader:
@@ -171,12 +176,6 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
     return image
 
 
-_MOST_TAGS = 500
-_TIFF_NUMBERS = {3: "H", 4: "I", 16: "Q"}
-_NETPBM = re.compile(rb"P[1-6]\s(?:\s*#[^\n]*\n)*\s*(\d{1,10})\s+(\d{1,10})\s")
-"The beginning of PBM, PGM and PPM: width and height as text, after comments."
-
-
 def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
     """Return width and height from a file's header; None for another kind, or one that ends before them."""
     if (at := _frame_header_at(file)) is not None:
@@ -227,12 +226,6 @@ def _png_is_whole(file: memoryview) -> bool:
             return bool(at + 8 + length <= len(file))
         at += 12 + length
     return False
-
-
-SHOWN_WIDTH = 960
-"Largest width of an image in a notebook, in pixels. Wider ones are scaled down for the way to the browser."
-SHOWN_HEIGHT = 65_500
-"Largest height of a JPEG that OpenCV writes."
 
 
 def jpeg_to_show(image: NDArray[np.uint8]) -> bytes:

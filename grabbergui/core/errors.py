@@ -13,6 +13,13 @@ from __future__ import annotations
 
 import errno
 
+_EXHAUSTED = {
+    errno.EMFILE: "this program has as many files and connections open as it may (`ulimit -n`)",
+    errno.ENFILE: "this computer has as many files and connections open as it can (`sysctl fs.file-max`)",
+    errno.ENOBUFS: "this computer has no memory left for connections",
+    errno.ENOMEM: "this computer has no memory left for connections",
+}
+
 
 class GrabberError(Exception):
     """Base of all errors that a user may see."""
@@ -79,14 +86,6 @@ class AckTimeoutError(TransportError):
 
     postponed = False
     "Whether the device had asked for more time."
-
-
-_EXHAUSTED = {
-    errno.EMFILE: "this program has as many files and connections open as it may (`ulimit -n`)",
-    errno.ENFILE: "this computer has as many files and connections open as it can (`sysctl fs.file-max`)",
-    errno.ENOBUFS: "this computer has no memory left for connections",
-    errno.ENOMEM: "this computer has no memory left for connections",
-}
 
 
 class ResourceExhaustedError(TransportError):

@@ -17,6 +17,13 @@ from grabbergui.core.errors import FeatureAccessError, FeatureValueError
 from grabbergui.core.visible_text import shortened
 
 FeatureValue = int | float | bool | str
+MOST_TITLE = 200
+"Characters of a display name; cameras write them, and the window lays them out."
+_MAC = re.compile(r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}")
+SWITCH_WORDS = {
+    "1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False,
+}  # fmt: skip
+"What people and files write for a switch, in lower case."
 
 
 class FeatureKind(Enum):
@@ -80,10 +87,6 @@ class Representation(Enum):
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 "Representations in which an integer is not written as a decimal number."
-
-
-MOST_TITLE = 200
-"Characters of a display name; cameras write them, and the window lays them out."
 
 
 @dataclass(frozen=True)
@@ -331,9 +334,6 @@ def coded_text(number: int, representation: Representation) -> str:
     return f"-0x{-number:X}" if number < 0 else f"0x{number:X}"
 
 
-_MAC = re.compile(r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}")
-
-
 def parse_coded(text: str, representation: Representation) -> int:
     """Parse a typed integer, in the representation or as plain or hexadecimal digits. Raises ValueError."""
     bare = text.strip()
@@ -357,12 +357,6 @@ def _limit_as_shown(number: int | float, limit: int | float) -> int | float:
     if isinstance(limit, float) and format_number(number) == format_number(limit):
         return limit
     raise ValueError("out of range")
-
-
-SWITCH_WORDS = {
-    "1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False,
-}  # fmt: skip
-"What people and files write for a switch, in lower case."
 
 
 def parse_switch(text: str) -> bool:

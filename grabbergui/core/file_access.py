@@ -45,6 +45,8 @@ _SUCCESS = "Success"
 
 Progress = Callable[[int, int], None]
 "Called on the caller's thread with the bytes done and the total; 0 if the camera does not report that."
+MAX_CONTENT_BYTES = 1 << 30
+"Bytes of the largest file that is uploaded."
 
 
 @dataclass(frozen=True)
@@ -131,10 +133,6 @@ def read_file(
     transfer = _Transfer(grabber, name, "reading", cancelled)
     with transfer.opened("Read"):
         return transfer.receive(progress)
-
-
-MAX_CONTENT_BYTES = 1 << 30
-"Bytes of the largest file that is uploaded."
 
 
 def content_of(path: Path) -> bytes:

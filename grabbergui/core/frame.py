@@ -24,6 +24,8 @@ POOL_MEMORY = 512 << 20
 """Default limit of the memory for one stream's buffers, in bytes."""
 FEWEST_BUFFERS, MOST_BUFFERS = 8, 1024
 """Limits of the default number of buffers, whatever their size."""
+MOST_AGE = 60.0
+"Seconds that a frame may have been in transit."
 
 
 class BufferPool:
@@ -67,10 +69,6 @@ class BufferPool:
             self._leases.lend(keeper, storage)
         array: NDArray[np.uint8] = np.frombuffer(keeper, np.uint8)
         return array
-
-
-MOST_AGE = 60.0
-"Seconds that a frame may have been in transit."
 
 
 def time_of_day(monotonic_ns: int) -> int:

@@ -21,6 +21,9 @@ from grabbergui.core.frame import Frame
 
 log = logging.getLogger(__name__)
 
+WAIT = 0.5
+"Longest time in seconds that a sink waits for a frame before it checks whether to end."
+
 
 class FrameQueue:
     """A bounded queue for one consumer of the stream; when it is full, it drops the oldest frame.
@@ -216,10 +219,6 @@ class StreamStatistics:
         """Return a copy of the counters with the current rates. Any thread."""
         frame_rate, bandwidth = meter.rates()
         return replace(self, frame_rate=frame_rate, bandwidth=bandwidth)
-
-
-WAIT = 0.5
-"Longest time in seconds that a sink waits for a frame before it checks whether to end."
 
 
 class FrameSource(Protocol):

@@ -38,6 +38,8 @@ _PROBES = 5
 
 Table = NDArray[np.int64]
 "One value for each index, 1-D."
+_SEPARATORS = re.compile(r"[,;\s]+")
+_Dtype = np.dtype[np.unsignedinteger]
 
 
 @dataclass(frozen=True)
@@ -216,9 +218,6 @@ def _require_fit(table: Table, shape: LutShape, name: str) -> None:
         )
 
 
-_SEPARATORS = re.compile(r"[,;\s]+")
-
-
 def _from_text(text: str) -> Table:
     """Return the table of a text, a first line of which may name the columns. Raises ValueError."""
     rows = [
@@ -274,9 +273,6 @@ def _register_length(grabber: RegisterSource) -> int:
         return grabber.register_length(_ALL)
     except FeatureError:
         return 0
-
-
-_Dtype = np.dtype[np.unsignedinteger]
 
 
 def _layouts(grabber: RegisterSource, shape: LutShape) -> list[_Dtype]:

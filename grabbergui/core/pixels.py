@@ -16,6 +16,9 @@ from grabbergui.core import colour, unpacking
 from grabbergui.core.pfnc import Family
 from grabbergui.core.unpacking import SensorImage
 
+_RANGE_SAMPLES = 256
+"Lines and columns, at least, on which the range of a frame is measured."
+
 
 @dataclass(frozen=True)
 class Region:
@@ -140,10 +143,6 @@ def value_at(frame: SensorImage, x: int, y: int) -> tuple[float, ...]:
     other = unpacking.value_at(frame, x ^ 1, y) if x ^ 1 < frame.width else values
     chroma = values[1 - luma], other[1 - luma]
     return (values[luma], *(chroma if x % 2 == 0 else reversed(chroma)))
-
-
-_RANGE_SAMPLES = 256
-"Lines and columns, at least, on which the range of a frame is measured."
 
 
 def _bounds(frame: SensorImage) -> tuple[float, float] | None:

@@ -34,6 +34,10 @@ _ASSIGNMENT = re.compile(r"([^=\[]+(?:\[[^\]]*\]\s*)?)=(.*)", re.DOTALL)
 
 Selected = tuple[tuple[str, str], ...]
 "Pairs of selector and entry, outermost selector first."
+MOST_CHANGED = 5
+"Most settings changed by others that a message names. Loading a user set may change all of them."
+_TOLERANCE = 1e-6
+"Relative tolerance, as other programs print seven digits of a float and a camera rounds to its register."
 
 
 @dataclass(frozen=True)
@@ -96,10 +100,6 @@ class WriteResult:
     """
 
 
-MOST_CHANGED = 5
-"Most settings changed by others that a message names. Loading a user set may change all of them."
-
-
 def return_text(problems: Sequence[str], changed: Sequence[str] = ()) -> str:
     """Describe the state of a source that returned: set as before, or which settings differ and why.
 
@@ -159,10 +159,6 @@ def setting_names(selectors: Selectors) -> list[str]:
     if streamable:
         return streamable
     return [n for n, d in known.items() if d.kind is not FeatureKind.COMMAND and n not in selectors.names]
-
-
-_TOLERANCE = 1e-6
-"Relative tolerance, as other programs print seven digits of a float and a camera rounds to its register."
 
 
 def same_value(first: FeatureValue, second: FeatureValue) -> bool:

@@ -18,6 +18,23 @@ from enum import Enum
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, FeatureValue
 
+FILE_ACCESS = frozenset({
+    "FileSelector", "FileOperationSelector", "FileOperationExecute", "FileOpenMode", "FileAccessBuffer",
+    "FileAccessOffset", "FileAccessLength", "FileOperationStatus", "FileOperationResult", "FileSize",
+})  # fmt: skip
+"""The features of FileAccessControl, which transfer files. None is a setting."""
+PLAYBACK_POSITION = "PlaybackPosition"
+"""Our own feature of recordings: the frame shown. It moves by itself while the recording plays."""
+EXPOSURE_MODE, TIMED = "ExposureMode", "Timed"
+"What determines the exposure (SFNC, Acquisition Control), and its entry by which ExposureTime does."
+AUTO_OFF = "Off"
+AUTO_ONCE = "Once"
+AUTO_CONTINUOUS = "Continuous"
+_ENDINGS = ("Abs", "Raw")
+"Endings of a quantity's pre-SFNC names, which its companions' names omit."
+Has = Callable[[str], bool]
+"Whether the camera has a feature of this name."
+
 
 class Role(Enum):
     """The purpose of a feature, with its names in cameras, best first."""
@@ -87,22 +104,6 @@ def features_by_role(features: Iterable[FeatureDescription]) -> dict[Role, str]:
 FAVOURITES = (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)
 """The roles that an operator needs first."""
 
-FILE_ACCESS = frozenset({
-    "FileSelector", "FileOperationSelector", "FileOperationExecute", "FileOpenMode", "FileAccessBuffer",
-    "FileAccessOffset", "FileAccessLength", "FileOperationStatus", "FileOperationResult", "FileSize",
-})  # fmt: skip
-"""The features of FileAccessControl, which transfer files. None is a setting."""
-
-PLAYBACK_POSITION = "PlaybackPosition"
-"""Our own feature of recordings: the frame shown. It moves by itself while the recording plays."""
-
-EXPOSURE_MODE, TIMED = "ExposureMode", "Timed"
-"What determines the exposure (SFNC, Acquisition Control), and its entry by which ExposureTime does."
-
-AUTO_OFF = "Off"
-AUTO_ONCE = "Once"
-AUTO_CONTINUOUS = "Continuous"
-
 
 def role_of(name: str) -> Role | None:
     """Return the role of a feature by its name; None if the name is unknown."""
@@ -117,11 +118,6 @@ _AUTOMATIC = {
     Role.BLACK_LEVEL: ("BlackLevelAuto",),
     Role.BALANCE_RATIO: ("BalanceWhiteAuto",),
 }
-_ENDINGS = ("Abs", "Raw")
-"Endings of a quantity's pre-SFNC names, which its companions' names omit."
-
-Has = Callable[[str], bool]
-"Whether the camera has a feature of this name."
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from grabbergui.core.register_source import RegisterSource
 from grabbergui.core.settings import Selectors, SettingKey, WriteResult
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
+_REASON = "the camera is served read-only"
 
 
 def _passed_on(method: _Method) -> _Method:
@@ -142,9 +143,6 @@ class SharedGrabber(FrameGrabber):
         self.info, self.unlike_before = self._grabber.info, self._grabber.unlike_before
         self.changed_meanwhile = self._grabber.changed_meanwhile
         self.connection_changed.emit(state, reason)
-
-
-_REASON = "the camera is served read-only"
 
 
 class ReadOnlyGrabber(SharedGrabber):

@@ -26,6 +26,8 @@ _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.ASCII)
 _MAC = re.compile(r"[0-9a-f]{2}([:-][0-9a-f]{2}){5}", re.ASCII | re.IGNORECASE)
 _PLAIN = "/:@,;+=~!$&'()*[]#"
 "Characters that are not escaped in a name. A question mark, space or percent sign would be misread."
+_LIKE_AN_ADDRESS = re.compile(r"([0-9]+(?:\.[0-9]+){2,3})(?::[0-9]*)?", re.ASCII)
+Options = TypeVar("Options")
 
 
 @dataclass(frozen=True)
@@ -94,9 +96,6 @@ def is_ip_address(name: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-_LIKE_AN_ADDRESS = re.compile(r"([0-9]+(?:\.[0-9]+){2,3})(?::[0-9]*)?", re.ASCII)
 
 
 def check_address(uri: SourceUri, port: int) -> None:
@@ -300,9 +299,6 @@ class TwinOptions:
     answer_times: bool = _option(
         True, "0|1", "let each register access take as long as with the original", _switch
     )
-
-
-Options = TypeVar("Options")
 
 
 def read_options(kind: type[Options], uri: SourceUri) -> Options:

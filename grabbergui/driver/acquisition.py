@@ -41,6 +41,8 @@ _CHANGES_PAYLOAD = (
     "ComponentEnable", "GenDCStreamingMode", "ImageCompression", "PayloadType",
 )  # fmt: skip
 "Beginnings of the names of features that change the size or layout of a frame: the stream is restarted."
+PIXEL_ORDER = "DeviceStreamChannelEndianness"
+"""SFNC's feature for the byte order of pixels: `Little` or `Big`."""
 
 
 class Acquisition:
@@ -180,10 +182,6 @@ class Acquisition:
         if frame.payload_type is PayloadType.CHUNK and self._device.chunk_layout is not None:
             take_image(frame, self._device.chunk_layout, self._geometry)
         self._fanout.put(frame)
-
-
-PIXEL_ORDER = "DeviceStreamChannelEndianness"
-"""SFNC's feature for the byte order of pixels: `Little` or `Big`."""
 
 
 def run_free(grabber: FrameGrabber, kept: Container[str] = ()) -> None:

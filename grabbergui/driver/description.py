@@ -48,6 +48,8 @@ _LOCAL = re.compile(
     r"local:/*(?P<name>[^;]*);\s*(?:0x)?(?P<address>[0-9a-f]{1,16})\s*;\s*(?:0x)?(?P<length>[0-9a-f]{1,16})\s*(?:\?.*)?$",
     re.IGNORECASE,
 )
+_LOCAL_HEADER = struct.Struct("<26xHH")
+"Header of a member of an archive, up to the lengths of its name and of its extra field."
 
 
 @dataclass(frozen=True)
@@ -155,10 +157,6 @@ def unpack(stored: bytes) -> bytes:
     if len(xml) > MAX_XML_BYTES:
         raise RemoteProtocolError(f"the zipped description grows beyond {MAX_XML_BYTES} bytes")
     return xml.rstrip(b"\0")
-
-
-_LOCAL_HEADER = struct.Struct("<26xHH")
-"Header of a member of an archive, up to the lengths of its name and of its extra field."
 
 
 def _without_checksum(stored: bytes, member: zipfile.ZipInfo) -> bytes:

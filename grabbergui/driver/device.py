@@ -22,6 +22,11 @@ from grabbergui.core.identity import DeviceInfo
 
 log = logging.getLogger(__name__)
 
+MAX_PAYLOAD_BYTES = 1 << 30
+"Largest payload of a frame; a camera that announces more is faulty."
+FARTHEST_BLOCK = 10_000
+"Steps between the ids of two blocks; a camera with a larger gap has restarted its ids."
+
 
 class DataLayout(Enum):
     """Layout of the chunks behind an image in the payload, and of event messages."""
@@ -186,18 +191,10 @@ class Device(ABC):
             self.on_lost(reason)
 
 
-MAX_PAYLOAD_BYTES = 1 << 30
-"Largest payload of a frame; a camera that announces more is faulty."
-
-
 def check_payload_size(size: int) -> None:
     """Raise TransportError for a size of payloads that no stream can be opened for."""
     if not 0 < size <= MAX_PAYLOAD_BYTES:
         raise TransportError(f"the camera announces frames of {size} bytes; check PayloadSize")
-
-
-FARTHEST_BLOCK = 10_000
-"Steps between the ids of two blocks; a camera with a larger gap has restarted its ids."
 
 
 def lost_between(steps: int) -> int:

@@ -54,6 +54,9 @@ from grabbergui.driver.u3v.bootstrap import identity_texts as u3v_texts
 
 _list_lock = threading.Lock()
 "Aravis keeps one list for the whole process."
+_BUS = {"GigEVision": "GigE Vision", "USB3Vision": "USB3 Vision"}
+SEARCH = "GRABBERGUI_ARAVIS"
+"""Environment variable: set to 1 to list the cameras that Aravis finds, in addition to our own."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +98,6 @@ class FoundCamera:
             address=self.address,
             hardware_id=self.physical_id.lower() if self.protocol == "GigEVision" else "",
         )
-
-
-_BUS = {"GigEVision": "GigE Vision", "USB3Vision": "USB3 Vision"}
 
 
 def find_cameras() -> list[FoundCamera]:
@@ -333,10 +333,6 @@ class AravisDevice(Device):
         if self.lost:
             raise DeviceLostError(f"the camera is lost: {self.lost}")
         return self._library
-
-
-SEARCH = "GRABBERGUI_ARAVIS"
-"""Environment variable: set to 1 to list the cameras that Aravis finds, in addition to our own."""
 
 
 def create(uri: SourceUri) -> FrameGrabber:

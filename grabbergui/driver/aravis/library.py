@@ -37,6 +37,8 @@ PACKET_SOCKET_DISABLED = 1
 CONTROL_LOST = b"control-lost"
 GENERIC_STATUS = 0x8FFF
 "Stands for the device's status code, which Aravis does not report."
+CONTROL_LOST_CALLBACK = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
+"Device, user data; called on a thread of Aravis."
 
 
 class _GError(ctypes.Structure):
@@ -51,8 +53,6 @@ class ErrorCode(IntEnum):
 
 
 _ERROR = POINTER(POINTER(_GError))
-CONTROL_LOST_CALLBACK = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
-"Device, user data; called on a thread of Aravis."
 
 _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "arv_update_device_list": (None, ()),

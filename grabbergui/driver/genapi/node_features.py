@@ -68,6 +68,7 @@ _LARGEST_FLOAT = 3.4028234663852886e38
 _WHERE_THROWN = re.compile(r"\s*: \w+Exception thrown\b.*", re.DOTALL)
 _ALARM = re.compile(r"(?:(?:Fatal error|ERROR|WARNING) ?:|SWIG director method error\.)\s*")
 """Parts of GenApi's messages after and before the reason."""
+_NO_LIMITS: dict[str, Any] = {}
 
 
 def is_category(value: Any) -> bool:
@@ -265,7 +266,6 @@ def _entry(value: Any) -> EnumEntry:
     return EnumEntry(value.symbolic, display, node.tooltip)
 
 
-_NO_LIMITS: dict[str, Any] = {}
 _LIMIT_READERS: dict[FeatureKind, Callable[[Any], dict[str, Any]]] = {
     FeatureKind.INTEGER: _integer,
     FeatureKind.FLOAT: _float,

@@ -67,6 +67,13 @@ from genicam import genapi
 genapi.NodeMap().load_xml_from_string(sys.stdin.buffer.read().decode())
 """
 _CRASHES = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT})
+FORMAT = 3
+"Increase it with every change to what vetting refuses or rewrites."
+MOST_ENTRIES = 24
+"A few megabytes each; then the least recently used entry is removed."
+LOCK_PATIENCE = 2.0
+"Seconds to wait for another program that loads the same description."
+_TEXT, _RESULT, _DIGEST, _LOCK = "description.xml", "result", "digest", "lock"
 
 
 class _Variable:
@@ -245,16 +252,6 @@ def _semaphore_of(result: Path) -> Path:
     for letter in name.encode():
         digest = (digest * 33 ^ letter) & 0xFFFF_FFFF_FFFF_FFFF
     return MEMORY / f"sem.{len(name):02X}{digest:x}{name[:11]}"
-
-
-FORMAT = 3
-"Increase it with every change to what vetting refuses or rewrites."
-MOST_ENTRIES = 24
-"A few megabytes each; then the least recently used entry is removed."
-LOCK_PATIENCE = 2.0
-"Seconds to wait for another program that loads the same description."
-
-_TEXT, _RESULT, _DIGEST, _LOCK = "description.xml", "result", "digest", "lock"
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,11 @@ NONE = "0.0.0.0"
 "No address, in an address register or in FORCEIP."
 TRIES = 3
 "How often FORCEIP is sent within its timeout, because a datagram may be lost."
+_WAYS = {
+    IpConfigurationBit.PERSISTENT: "its persistent address",
+    IpConfigurationBit.DHCP: "DHCP",
+    IpConfigurationBit.LINK_LOCAL: "a link-local address",
+}
 
 
 def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
@@ -162,13 +167,6 @@ class IpConfiguration:
             text += f" ({self.persistent_ip}, mask {self.persistent_mask}"
             text += f", gateway {self.persistent_gateway})" if self.persistent_gateway != NONE else ")"
         return text
-
-
-_WAYS = {
-    IpConfigurationBit.PERSISTENT: "its persistent address",
-    IpConfigurationBit.DHCP: "DHCP",
-    IpConfigurationBit.LINK_LOCAL: "a link-local address",
-}
 
 
 def read_configuration(device: GigeDevice) -> IpConfiguration:

@@ -15,6 +15,14 @@ GVCP_PORT = 3956
 
 IDENTITY_BYTES = 248
 "Registers 0x0000 to 0x00F7 are what a DISCOVERY_ACK carries."
+BIG_ENDIAN_MODE = 0x80000000
+"In `BootstrapRegister.DEVICE_MODE`: the device's memory is big-endian."
+PACKET_SIZE_MASK = 0xFFFF
+PORT_MASK = 0xFFFF
+STREAM_CHANNELS_MASK = 0x1FF
+"The number of channels in `BootstrapRegister.STREAM_CHANNELS`."
+_CHANNEL = {"SCP": 0x00, "SCPS": 0x04, "SCPD": 0x08, "SCDA": 0x18, "SCSP": 0x1C, "SCC": 0x20, "SCCFG": 0x24}
+"Registers of a stream channel, from its first."
 
 
 class BootstrapRegister(IntEnum):
@@ -183,14 +191,6 @@ class PacketSizeFlag(IntFlag):
     FIRE_TEST_PACKET = 0x80000000
 
 
-BIG_ENDIAN_MODE = 0x80000000
-"In `BootstrapRegister.DEVICE_MODE`: the device's memory is big-endian."
-PACKET_SIZE_MASK = 0xFFFF
-PORT_MASK = 0xFFFF
-STREAM_CHANNELS_MASK = 0x1FF
-"The number of channels in `BootstrapRegister.STREAM_CHANNELS`."
-
-
 _FIELDS = {
     "VENDOR": VENDOR,
     "MODEL": MODEL,
@@ -201,8 +201,6 @@ _FIELDS = {
     "FIRST_URL": FIRST_URL,
     "SECOND_URL": SECOND_URL,
 }
-_CHANNEL = {"SCP": 0x00, "SCPS": 0x04, "SCPD": 0x08, "SCDA": 0x18, "SCSP": 0x1C, "SCC": 0x20, "SCCFG": 0x24}
-"Registers of a stream channel, from its first."
 
 
 def known_registers(channels: int) -> list[tuple[str, int, int]]:

@@ -34,6 +34,10 @@ FLAG_EXTENDED_IDS = 0x10
 "On PACKETRESEND and events: block ids of 64 bits."
 FLAG_SCHEDULED = 0x80
 "On ACTION: a time follows."
+PENDING_ACK = 0x0089
+DEVICE_SPECIFIC = 0x4000
+"Bit of status codes that the maker of the device defines (GVCP, GVSP and GenCP)."
+_ACK_HEADER = struct.Struct(">HHHH")
 
 
 class CommandCode(IntEnum):
@@ -49,9 +53,6 @@ class CommandCode(IntEnum):
     EVENT = 0x00C0
     EVENTDATA = 0x00C2
     ACTION = 0x0100
-
-
-PENDING_ACK = 0x0089
 
 
 class Status(IntEnum):
@@ -93,13 +94,6 @@ def status_text(status: int) -> str:
         if status & DEVICE_SPECIFIC:
             return f"status 0x{status:04X}, which its maker defines (see the camera's manual)"
         return f"status 0x{status:04X}, which this program does not know"
-
-
-DEVICE_SPECIFIC = 0x4000
-"Bit of status codes that the maker of the device defines (GVCP, GVSP and GenCP)."
-
-
-_ACK_HEADER = struct.Struct(">HHHH")
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,9 @@ from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import ReadReg, Status
 
+Holder = tuple[int, int]
+"""Who has control: the registers PRIMARY_APPLICATION_PORT and _IP."""
+
 
 @dataclass(frozen=True)
 class Pulse:
@@ -24,9 +27,6 @@ class Pulse:
         """Return a pulse fast enough for a heartbeat timeout; 0: the device has none."""
         return cls(min(0.4, timeout_ms / 4000)) if timeout_ms else cls()
 
-
-Holder = tuple[int, int]
-"""Who has control: the registers PRIMARY_APPLICATION_PORT and _IP."""
 
 PRIVILEGE = ReadReg((BootstrapRegister.CCP,))
 PRIVILEGE_AND_HOLDER = ReadReg(

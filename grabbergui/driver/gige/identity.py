@@ -18,6 +18,8 @@ from grabbergui.driver.gige.gvcp import FLAG_ACK_REQUIRED, FLAG_BROADCAST_ACK, C
 NO_MAC = "00:00:00:00:00:00"
 
 DISCOVERY_REQ_ID = 0xFFFF
+_NUMBERS = VENDOR.address // 4
+"Words before the strings, which have no byte order."
 
 
 def encode_discovery(req_id: int = DISCOVERY_REQ_ID, *, allow_broadcast_ack: bool = False) -> bytes:
@@ -113,10 +115,6 @@ def identity_of(read: Callable[[int, int], bytes]) -> Identity:
         numbers = struct.unpack_from(f"<{_NUMBERS}I", data)
         data = struct.pack(f">{_NUMBERS}I", *numbers) + data[4 * _NUMBERS :]
     return Identity.decode(data)
-
-
-_NUMBERS = VENDOR.address // 4
-"Words before the strings, which have no byte order."
 
 
 def identity_texts(read: Callable[[int, int], bytes]) -> dict[str, str]:

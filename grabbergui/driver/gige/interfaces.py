@@ -15,6 +15,12 @@ log = logging.getLogger(__name__)
 
 DEFAULT_MTU = 1500
 "MTU of an interface if the system does not report one."
+ONLY = "GRABBERGUI_INTERFACES"
+"""Environment variable: comma-separated names of the interfaces to use; all if it is not set."""
+_UNICAST_INTERFACE = {"linux": (socket.IPPROTO_IP, 50), "win32": (socket.IPPROTO_IP, 31)}
+"""Levels and numbers of IP_UNICAST_IF, which takes an interface's index in network byte order."""
+_BOUND_INTERFACE = (socket.IPPROTO_IP, 25)
+"""macOS's IP_BOUND_IF, which takes it as it is."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +47,6 @@ class Interface:
     def reaches(self, ip: str) -> bool:
         """Whether an address lies in the same subnet."""
         return ipaddress.IPv4Address(ip) in self.network
-
-
-ONLY = "GRABBERGUI_INTERFACES"
-"""Environment variable: comma-separated names of the interfaces to use; all if it is not set."""
 
 
 def interfaces() -> list[Interface]:
@@ -77,12 +79,6 @@ def _all_interfaces() -> list[Interface]:
                 netmask = each.netmask or "255.255.255.255"
                 found.append(Interface(name, each.address, netmask, link.mtu or DEFAULT_MTU, loopback))
     return found
-
-
-_UNICAST_INTERFACE = {"linux": (socket.IPPROTO_IP, 50), "win32": (socket.IPPROTO_IP, 31)}
-"""Levels and numbers of IP_UNICAST_IF, which takes an interface's index in network byte order."""
-_BOUND_INTERFACE = (socket.IPPROTO_IP, 25)
-"""macOS's IP_BOUND_IF, which takes it as it is."""
 
 
 def leave_through(opened: socket.socket, interface: Interface) -> None:

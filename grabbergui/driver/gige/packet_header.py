@@ -34,6 +34,15 @@ PACKET_ID_MASK = 0xFFFFFF
 "In the last word of a standard header."
 FLAG_RESEND = 0x1
 "In the flags of an extended header."
+# The first eight bytes of either header, as one number: status, then block id or flags, then the format.
+_FIRST_WORD = np.dtype(">u8")
+_ID_BITS = np.uint64(24)
+_ID_MASK = np.uint64(PACKET_ID_MASK)
+_EXTENDED_WORD = np.uint64(EXTENDED_BIT << 24)
+_RESENT = np.uint64(Status.PACKET_RESEND << 48)
+"Status of a resent packet in a standard header."
+_EXTENDED_RESENT = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
+"Status of a resent packet in an extended header, or its resend flag."
 
 
 def offset_of(layout: np.dtype[np.void], field: str) -> int:
@@ -117,17 +126,6 @@ class PacketHeader:
             )
         status, flags, word, block_id, packet_id = cls.EXTENDED.unpack_from(datagram)
         return cls(word >> 24 & ~EXTENDED_BIT, block_id, packet_id, status, True, flags, word & 0xFF)
-
-
-# The first eight bytes of either header, as one number: status, then block id or flags, then the format.
-_FIRST_WORD = np.dtype(">u8")
-_ID_BITS = np.uint64(24)
-_ID_MASK = np.uint64(PACKET_ID_MASK)
-_EXTENDED_WORD = np.uint64(EXTENDED_BIT << 24)
-_RESENT = np.uint64(Status.PACKET_RESEND << 48)
-"Status of a resent packet in a standard header."
-_EXTENDED_RESENT = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
-"Status of a resent packet in an extended header, or its resend flag."
 
 
 def count_in_order(rows: NDArray[np.uint8]) -> int:

@@ -18,6 +18,12 @@ from enum import Enum
 from fnmatch import fnmatchcase
 from itertools import pairwise
 
+# Tags contain no `<` outside of attributes, where XML forbids it, so none of these takes quadratic time.
+_HEAD = re.compile(r"<(?:\w+:)?RegisterDescription\b([^<>]*)>")
+_ATTRIBUTE = re.compile(r"""(\w+)\s*=\s*["']([^"'<>]*)["']""")
+_NUMBER = re.compile(r"<(?:Masked)?IntReg\b|<FloatReg\b|<StructReg\b")
+_PORT = re.compile(r"<pPort>\s*([^<\s]+)\s*<")
+
 
 class Quirk(Enum):
     """A deviation from the standard."""
@@ -112,13 +118,6 @@ class DescriptionTraits:
     def numbers(self, *, little_endian: bool) -> bool:
         """Return whether registers of four bytes must be read and written as numbers."""
         return self.schema < (1, 1) or self.has(Quirk.NUMBERS) or self.contradict(little_endian=little_endian)
-
-
-# Tags contain no `<` outside of attributes, where XML forbids it, so none of these takes quadratic time.
-_HEAD = re.compile(r"<(?:\w+:)?RegisterDescription\b([^<>]*)>")
-_ATTRIBUTE = re.compile(r"""(\w+)\s*=\s*["']([^"'<>]*)["']""")
-_NUMBER = re.compile(r"<(?:Masked)?IntReg\b|<FloatReg\b|<StructReg\b")
-_PORT = re.compile(r"<pPort>\s*([^<\s]+)\s*<")
 
 
 def _all_big_endian(xml: str, port: str) -> bool:

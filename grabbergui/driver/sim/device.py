@@ -59,6 +59,34 @@ _STATUS = {
 _POLL_S = 0.1
 _EVENT_DATA = struct.Struct(">qq")
 "Frame id, timestamp."
+SCENE_NAME = "scene"
+BOARD_NAME = "board"
+COLOUR_NAME = "colour"
+_SCENES: dict[str, Callable[[], Scene]] = {SCENE_NAME: RenderedScene, BOARD_NAME: BoardScene}
+_KINDS: dict[str, dict[Register, RegisterValue]] = {
+    SCENE_NAME: {reg.DEVICE_SERIAL_NUMBER: "SIM003"},
+    COLOUR_NAME: {
+        reg.DEVICE_MODEL_NAME: "Simulated colour camera",
+        reg.DEVICE_SERIAL_NUMBER: "SIM002",
+        reg.PIXEL_FORMAT: pfnc.by_name("BayerRG8").code,
+    },
+    # Half of the resolution, so that a board in motion is drawn as fast as it moves.
+    BOARD_NAME: {
+        reg.DEVICE_SERIAL_NUMBER: "SIM004",
+        reg.BINNING_HORIZONTAL: 2,
+        reg.BINNING_VERTICAL: 2,
+        reg.WIDTH: 1216,
+        reg.HEIGHT: 1024,
+        reg.OFFSET_X: (reg.SENSOR_WIDTH // 2 - 1216) // 2,
+        reg.OFFSET_Y: (reg.SENSOR_HEIGHT // 2 - 1024) // 2,
+        reg.FRAME_RATE: 15.0,
+    },
+}
+"""Register values in which the named cameras differ from the built-in one."""
+_Show = Callable[[float], str]
+"Returns a register's number as a URI has it."
+_RAW_GAIN = 100
+"The register's value for 1 dB."
 
 
 class SimulatedDevice(Device):
@@ -212,32 +240,6 @@ class SimulatedStream:
         return Contents(kind, payload, parts)
 
 
-SCENE_NAME = "scene"
-BOARD_NAME = "board"
-COLOUR_NAME = "colour"
-_SCENES: dict[str, Callable[[], Scene]] = {SCENE_NAME: RenderedScene, BOARD_NAME: BoardScene}
-_KINDS: dict[str, dict[Register, RegisterValue]] = {
-    SCENE_NAME: {reg.DEVICE_SERIAL_NUMBER: "SIM003"},
-    COLOUR_NAME: {
-        reg.DEVICE_MODEL_NAME: "Simulated colour camera",
-        reg.DEVICE_SERIAL_NUMBER: "SIM002",
-        reg.PIXEL_FORMAT: pfnc.by_name("BayerRG8").code,
-    },
-    # Half of the resolution, so that a board in motion is drawn as fast as it moves.
-    BOARD_NAME: {
-        reg.DEVICE_SERIAL_NUMBER: "SIM004",
-        reg.BINNING_HORIZONTAL: 2,
-        reg.BINNING_VERTICAL: 2,
-        reg.WIDTH: 1216,
-        reg.HEIGHT: 1024,
-        reg.OFFSET_X: (reg.SENSOR_WIDTH // 2 - 1216) // 2,
-        reg.OFFSET_Y: (reg.SENSOR_HEIGHT // 2 - 1024) // 2,
-        reg.FRAME_RATE: 15.0,
-    },
-}
-"""Register values in which the named cameras differ from the built-in one."""
-
-
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     """Return the built-in camera and the one in colour; they are always there."""
     uris = (SourceUri("sim"), SourceUri("sim", COLOUR_NAME))
@@ -295,11 +297,6 @@ def _pixel_format(text: str) -> int:
     except KeyError:
         raise ValueError("no such pixel format") from None
 
-
-_Show = Callable[[float], str]
-"Returns a register's number as a URI has it."
-_RAW_GAIN = 100
-"The register's value for 1 dB."
 
 _REGISTERS: dict[str, tuple[Register, Callable[[str], RegisterValue], _Show]] = {
     "width": (reg.WIDTH, int, "{:g}".format),

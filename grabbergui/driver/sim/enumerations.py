@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+CHUNK_ID_BASE = 0x1000
+EVENT_ID_BASE = 0x9000
+
 
 class Auto(IntEnum):
     """Values of ExposureAuto, GainAuto and BalanceWhiteAuto."""
@@ -80,9 +83,6 @@ class Chunk(IntEnum):
     GAIN = 4
 
 
-CHUNK_ID_BASE = 0x1000
-
-
 class ComponentSelector(IntEnum):
     """Values of ComponentSelector."""
 
@@ -116,9 +116,6 @@ class EventSelector(IntEnum):
     EXPOSURE_END = 1
     FRAME_TRIGGER_MISSED = 2
     TEST = 3
-
-
-EVENT_ID_BASE = 0x9000
 
 
 class UserSetSelector(IntEnum):

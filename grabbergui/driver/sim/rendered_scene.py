@@ -33,6 +33,17 @@ _SMALLER = 16
 
 Poses = Callable[[float], "Matrix | None"]
 "Seconds on the device's clock to a pose; None while the thing is not there."
+COLUMNS, ROWS, SQUARE, MARKER = 8, 6, 0.030, 0.022
+"Squares across and down, edges of a square and of a marker in metres."
+DICTIONARY = cv2.aruco.DICT_5X5_100
+BORDER = 0.015
+"Metres of white around."
+MOVE_S, REST_S = 0.5, 0.9
+"Seconds for the move between two poses, and at each pose."
+_CAMERA = np.array([[0, 0, 1.0, 0.1], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.75], [0, 0, 0, 1.0]])
+"Pose of the camera; it looks straight ahead."
+_HALF_X, _HALF_Y = 0.625, 0.525
+"Half of the image's width and height at a metre's distance, with the sensor's region as after power-on."
 
 
 def at(x: float, y: float, z: float, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Matrix:
@@ -213,20 +224,6 @@ def _room() -> list[Panel]:
         Panel(at(middle_x, side, middle_z, yaw=90), long, high, world.plaster((0.50, 0.46, 0.40), 2)),
         Panel(at(middle_x, -side, middle_z, yaw=-90), long, high, world.plaster((0.42, 0.47, 0.52), 4)),
     ]
-
-
-COLUMNS, ROWS, SQUARE, MARKER = 8, 6, 0.030, 0.022
-"Squares across and down, edges of a square and of a marker in metres."
-DICTIONARY = cv2.aruco.DICT_5X5_100
-BORDER = 0.015
-"Metres of white around."
-MOVE_S, REST_S = 0.5, 0.9
-"Seconds for the move between two poses, and at each pose."
-
-_CAMERA = np.array([[0, 0, 1.0, 0.1], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.75], [0, 0, 0, 1.0]])
-"Pose of the camera; it looks straight ahead."
-_HALF_X, _HALF_Y = 0.625, 0.525
-"Half of the image's width and height at a metre's distance, with the sensor's region as after power-on."
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,12 @@ Texture = NDArray[np.float32]
 Colour = tuple[float, float, float]
 
 _HAIR, _SKIN = (0.10, 0.06, 0.04), (0.80, 0.60, 0.48)
+Matrix = NDArray[np.float64]
+_NEAR = 0.05
+"Metres before the camera at which things are cut off."
+_LEVELS = 6
+_pyramids: dict[int, dict[bool, list[NDArray[np.uint16]]]] = {}
+"By the texture's id, as long as that lives, and whether they are grey."
 
 
 def _opaque(rgb: NDArray[np.float32]) -> Texture:
@@ -136,12 +142,6 @@ class _Drawing:
         self.rgb = self.rgb * (1 - weight) + weight * np.array(colour, np.float32)
 
 
-Matrix = NDArray[np.float64]
-_NEAR = 0.05
-"Metres before the camera at which things are cut off."
-_LEVELS = 6
-
-
 @dataclass(frozen=True, eq=False)
 class Panel:
     """A textured rectangle, seen from its front only."""
@@ -168,10 +168,6 @@ class Panel:
         Not to its middle: of two that hang one behind the other the lower is nearer to a low eye.
         """
         return float((eye - self.pose[:3, 3]) @ self.pose[:3, 2])
-
-
-_pyramids: dict[int, dict[bool, list[NDArray[np.uint16]]]] = {}
-"By the texture's id, as long as that lives, and whether they are grey."
 
 
 def _pyramid(texture: Texture, grey: bool) -> list[NDArray[np.uint16]]:

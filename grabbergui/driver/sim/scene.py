@@ -28,6 +28,15 @@ ILLUMINANT = (1 / 1.6, 1.0, 1 / 1.3)
 "Response of the sensor to the scene's light in red, green and blue; white balance has to compensate it."
 LUMINANCE = np.array([[0.299, 0.587, 0.114]], np.float32)
 "Weight of each colour in a grey image."
+_STRIP_ROWS = 64
+"So many rows stay in the processor's cache."
+_SPAN = (2640, 2240)
+"""Columns and rows in the middle over which the gradient runs from dark to bright."""
+_PATCHES = (
+    (0.60, 0.10, 0.10), (0.75, 0.30, 0.06), (0.80, 0.62, 0.08), (0.34, 0.58, 0.10), (0.08, 0.45, 0.16),
+    (0.06, 0.45, 0.42), (0.07, 0.30, 0.62), (0.12, 0.12, 0.55), (0.36, 0.12, 0.50), (0.66, 0.16, 0.36),
+)  # fmt: skip
+"Reflectances in red, green and blue."
 
 
 @dataclass(frozen=True)
@@ -121,16 +130,8 @@ def studio_image() -> NDArray[np.uint16]:
     return image
 
 
-_STRIP_ROWS = 64
-"So many rows stay in the processor's cache."
-
-
 def _strips(height: int) -> Iterator[slice]:
     return (slice(top, top + _STRIP_ROWS) for top in range(0, height, _STRIP_ROWS))
-
-
-_SPAN = (2640, 2240)
-"""Columns and rows in the middle over which the gradient runs from dark to bright."""
 
 
 def _gradient(height: int, width: int) -> NDArray[np.uint16]:
@@ -189,13 +190,6 @@ def _checkerboard(
     columns, rows = fields
     board = (0.05 + 0.85 * (np.indices((rows, columns)).sum(axis=0) % 2)) * UNIT
     grey[y : y + rows * size, x : x + columns * size] = np.kron(board, np.ones((size, size)))
-
-
-_PATCHES = (
-    (0.60, 0.10, 0.10), (0.75, 0.30, 0.06), (0.80, 0.62, 0.08), (0.34, 0.58, 0.10), (0.08, 0.45, 0.16),
-    (0.06, 0.45, 0.42), (0.07, 0.30, 0.62), (0.12, 0.12, 0.55), (0.36, 0.12, 0.50), (0.66, 0.16, 0.36),
-)  # fmt: skip
-"Reflectances in red, green and blue."
 
 
 def _colour_patches(image: NDArray[np.uint16], corner: tuple[int, int], size: int) -> None:

@@ -33,6 +33,19 @@ _STRIP_VALUES = 128 * 1024
 _NOISE_VALUES = 1 << 20
 _READ_NOISE = 0.3
 "Standard deviation of the noise at 0 dB, in values of an 8-bit pixel."
+MOVING = frozenset((TestPattern.GREY_HORIZONTAL_RAMP_MOVING, TestPattern.GREY_VERTICAL_RAMP_MOVING))
+"Patterns that differ from frame to frame."
+_BARS = np.array(
+    [(1, 1, 1), (1, 1, 0), (0, 1, 1), (0, 1, 0), (1, 0, 1), (1, 0, 0), (0, 0, 1), (0, 0, 0)], np.uint8
+)
+"White, yellow, cyan, green, magenta, red, blue, black."
+_CHANNEL_AT = {
+    "RG": ((0, 1), (1, 2)),
+    "GR": ((1, 0), (2, 1)),
+    "GB": ((1, 2), (0, 1)),
+    "BG": ((2, 1), (1, 0)),
+}
+"Bayer order to the channel (R 0, G 1, B 2) of each pixel of the 2×2 pattern, row by row."
 
 
 class Sensor:
@@ -264,15 +277,6 @@ class _Noise:
         return self._bright[part].reshape(shape), self._dark[part].reshape(shape)
 
 
-MOVING = frozenset((TestPattern.GREY_HORIZONTAL_RAMP_MOVING, TestPattern.GREY_VERTICAL_RAMP_MOVING))
-"Patterns that differ from frame to frame."
-
-_BARS = np.array(
-    [(1, 1, 1), (1, 1, 0), (0, 1, 1), (0, 1, 0), (1, 0, 1), (1, 0, 0), (0, 0, 1), (0, 0, 0)], np.uint8
-)
-"White, yellow, cyan, green, magenta, red, blue, black."
-
-
 def draw_pattern(
     pattern: TestPattern, width: int, height: int, frame_id: int, pixel_format: PixelFormat
 ) -> NDArray[Any]:
@@ -314,15 +318,6 @@ def _grey(pattern: TestPattern, width: int, height: int, frame_id: int) -> NDArr
 def _bars(width: int, height: int) -> NDArray[np.uint8]:
     line = _BARS[np.arange(width) * len(_BARS) // width] * np.uint8(255)
     return np.tile(line, (height, 1, 1))
-
-
-_CHANNEL_AT = {
-    "RG": ((0, 1), (1, 2)),
-    "GR": ((1, 0), (2, 1)),
-    "GB": ((1, 2), (0, 1)),
-    "BG": ((2, 1), (1, 0)),
-}
-"Bayer order to the channel (R 0, G 1, B 2) of each pixel of the 2×2 pattern, row by row."
 
 
 def mosaic(rgb: NDArray[Any], order: str) -> NDArray[Any]:

@@ -18,6 +18,12 @@ from grabbergui.driver.sim.enumerations import (
 )
 from grabbergui.driver.sim.memory import RegisterMemory
 
+_COMPONENTS = {
+    ComponentSelector.INTENSITY: ComponentKind.INTENSITY,
+    ComponentSelector.RANGE: ComponentKind.RANGE,
+    ComponentSelector.CONFIDENCE: ComponentKind.CONFIDENCE,
+}
+
 
 class Optics(NamedTuple):
     """The processing between scene and pixel apart from exposure; the key of cached images."""
@@ -99,13 +105,6 @@ def settings_of(memory: RegisterMemory) -> FrameSettings:
         _components(memory),
         memory.read(*reg.LUT_VALUE_ALL) if memory.integer(reg.LUT_ENABLE) else None,
     )
-
-
-_COMPONENTS = {
-    ComponentSelector.INTENSITY: ComponentKind.INTENSITY,
-    ComponentSelector.RANGE: ComponentKind.RANGE,
-    ComponentSelector.CONFIDENCE: ComponentKind.CONFIDENCE,
-}
 
 
 def _components(memory: RegisterMemory) -> tuple[ComponentKind, ...]:

@@ -16,6 +16,11 @@ from grabbergui.driver.sim.derived_registers import fastest_rate
 from grabbergui.driver.sim.memory import RegisterMemory
 
 Clock = Callable[[], int]
+FRAME_START, BURST_START = 0, 1
+"Indices of the triggers, as in TriggerSelector."
+_LATE_PERIODS = 4
+_AMBIENT = 24.0
+_TIME_CONSTANT_S = 90.0
 
 
 class SimulatedClock:
@@ -62,12 +67,6 @@ class SimulatedClock:
     def to_monotonic(self, device: int) -> int:
         """Convert a time of the device's clock (ns) to the host's monotonic time."""
         return device + self._epoch
-
-
-FRAME_START, BURST_START = 0, 1
-"Indices of the triggers, as in TriggerSelector."
-
-_LATE_PERIODS = 4
 
 
 class Timing(NamedTuple):
@@ -171,10 +170,6 @@ class Sequencer:
         if self._left is not None:
             self._left -= 1
         return self.frames_taken, start
-
-
-_AMBIENT = 24.0
-_TIME_CONSTANT_S = 90.0
 
 
 class Thermometer:

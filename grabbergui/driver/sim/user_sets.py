@@ -14,6 +14,9 @@ from grabbergui.driver.sim.memory import (
     RegisterValue,
 )
 
+_FILE_OF_SET = {UserSetSelector.USER_SET1: File.USER_SET1, UserSetSelector.USER_SET2: File.USER_SET2}
+_SAVED_REGISTERS = {register.name: register for register in reg.ALL if register.saved}
+
 
 class UserSets:
     """The user sets stored by UserSetSave: files of the camera, which survive resets and power cuts.
@@ -64,10 +67,6 @@ class UserSets:
 
     def _present(self) -> dict[Register, RegisterValue]:
         return {register: self._memory.stored(register) for register in reg.ALL if register.saved}
-
-
-_FILE_OF_SET = {UserSetSelector.USER_SET1: File.USER_SET1, UserSetSelector.USER_SET2: File.USER_SET2}
-_SAVED_REGISTERS = {register.name: register for register in reg.ALL if register.saved}
 
 
 def _encode_settings(settings: dict[Register, RegisterValue]) -> bytes:

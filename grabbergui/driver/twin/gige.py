@@ -67,6 +67,7 @@ _WORKING = frozenset(
 _CHANNELS = tuple(register for channel in gev.CHANNELS for register in (channel.scp, channel.scda))
 _RESET = (gev.CCP, gev.PRIMARY_PORT, gev.PRIMARY_IP, gev.MCP, gev.MCDA, *_CHANNELS)
 "Registers that tell of the program that had control while the report was made."
+_TICKS = (bootstrap.BootstrapRegister.TICK_FREQUENCY_HIGH, bootstrap.BootstrapRegister.TICK_FREQUENCY_LOW)
 
 
 class TwinOnWire(TwinModel):
@@ -104,9 +105,6 @@ class TwinOnWire(TwinModel):
     @override
     def _stamp(self, count: int) -> int:
         return super()._stamp(count) * self._ticks_per_second // gev.TICKS_PER_SECOND
-
-
-_TICKS = (bootstrap.BootstrapRegister.TICK_FREQUENCY_HIGH, bootstrap.BootstrapRegister.TICK_FREQUENCY_LOW)
 
 
 @dataclass

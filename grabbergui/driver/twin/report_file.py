@@ -50,6 +50,9 @@ DESCRIPTION, LOG = "description.xml", "log.txt"
 PIXELS = "pixels/{:03}.bin"
 MOST_PIXELS = 16
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+Row = TypeVar("Row")
+_LARGEST_SIDE = 1 << 20
+"Pixels of a frame's width or height."
 
 
 @dataclass(frozen=True)
@@ -333,9 +336,6 @@ def _pixels(members: _Members) -> list[bytes]:
     return found
 
 
-Row = TypeVar("Row")
-
-
 def _list(content: Mapping[str, Any], name: str, most: int, read: Callable[[Any], Row]) -> tuple[Row, ...]:
     rows = content.get(name, [])
     if not isinstance(rows, list) or len(rows) > most:
@@ -361,10 +361,6 @@ def _access(row: Mapping[str, Any]) -> RecordedAccess:
         name=_text(row.get("name", "")),
         written=bool(row.get("written", False)),
     )
-
-
-_LARGEST_SIDE = 1 << 20
-"Pixels of a frame's width or height."
 
 
 def _frame(row: Mapping[str, Any]) -> FrameRecord:

@@ -32,6 +32,11 @@ DEVICE_INFO_SUBTYPE = 0x01
 
 SPEED_NAMES = {1: "low speed", 2: "full speed", 3: "High-Speed", 4: "SuperSpeed", 5: "SuperSpeed+"}
 "Names by libusb's speed code."
+STRING_SIZE = 64
+"Bytes of a string register; NUL-terminated unless full."
+LARGEST_ALIGNMENT_EXPONENT = 20
+"Limit of the exponent in SIRM info; real cameras have 0 to 10."
+MOST_ENTRIES = 64
 
 
 @dataclass(frozen=True)
@@ -109,13 +114,6 @@ def split(descriptors: bytes) -> Iterator[bytes]:
             return
         yield descriptors[position : position + length]
         position += length
-
-
-STRING_SIZE = 64
-"Bytes of a string register; NUL-terminated unless full."
-
-LARGEST_ALIGNMENT_EXPONENT = 20
-"Limit of the exponent in SIRM info; real cameras have 0 to 10."
 
 
 class Abrm:
@@ -329,9 +327,6 @@ def descriptions(entries: list[ManifestEntry]) -> list[ManifestEntry]:
     if not candidates:
         raise RemoteProtocolError(f"none of the manifest's {len(entries)} files is a GenICam description")
     return sorted(candidates, key=lambda entry: entry.version, reverse=True)
-
-
-MOST_ENTRIES = 64
 
 
 def read_description(read: Callable[[int, int], bytes], manifest_address: int) -> bytes:

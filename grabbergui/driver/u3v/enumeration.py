@@ -34,6 +34,11 @@ _kept: list[Any] = []
 """Backends in use, newest last; never dropped, because devices of an older one may still be open."""
 _looked_at: set[tuple[int, int]] = set()
 "Bus and address of the devices for which the newest backend was made."
+ENGLISH = 0x0409
+STRING_TIMEOUT_MS = 300
+"For each string, so that one dead device does not delay the search."
+_DIRECTION_IN = 0x80
+_BULK = 0x02
 
 
 def default_backend() -> Any | None:
@@ -74,14 +79,6 @@ def _look_again() -> None:
     if present not in (known, _looked_at):
         _looked_at = present
         _kept.append(type(newest)(newest.lib))
-
-
-ENGLISH = 0x0409
-STRING_TIMEOUT_MS = 300
-"For each string, so that one dead device does not delay the search."
-
-_DIRECTION_IN = 0x80
-_BULK = 0x02
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,18 @@ WRITE_OVERHEAD = HEADER_SIZE + 8
 "Bytes of a WRITEMEM command before the data."
 SMALLEST_ACKNOWLEDGE = HEADER_SIZE + 4
 "Bytes of a PENDING acknowledge, for which a host always leaves room."
+_READ = struct.Struct("<QHH")
+_ADDRESS = struct.Struct("<Q")
+_RESERVED_AND_VALUE = struct.Struct("<HH")
+TRIES = 3
+"Number of times a command is sent before it fails."
+SHORTEST_RESPONSE_TIME = 0.2
+"Seconds; some devices announce less time than they need."
+LONGEST_RESPONSE_TIME = 5.0
+BUSY_PAUSE = 0.05
+"Seconds before a command is sent again to a busy device."
+LONGEST_PENDING = 60.0
+"Longest total time in seconds for which pending acknowledges may delay a command."
 
 
 class CommandId(IntEnum):
@@ -119,11 +131,6 @@ class Packet:
                 f"GenCP packet announces {length} bytes of data and has {len(transfer) - cls.HEADER.size}"
             )
         return cls(flags, command, request_id, bytes(transfer[cls.HEADER.size :]))
-
-
-_READ = struct.Struct("<QHH")
-_ADDRESS = struct.Struct("<Q")
-_RESERVED_AND_VALUE = struct.Struct("<HH")
 
 
 def read_memory(address: int, length: int) -> bytes:
@@ -219,17 +226,6 @@ def decode_events(transfer: bytes) -> list[Event]:
         events.append(Event(event_id, timestamp, data))
         position += size
     return events
-
-
-TRIES = 3
-"Number of times a command is sent before it fails."
-SHORTEST_RESPONSE_TIME = 0.2
-"Seconds; some devices announce less time than they need."
-LONGEST_RESPONSE_TIME = 5.0
-BUSY_PAUSE = 0.05
-"Seconds before a command is sent again to a busy device."
-LONGEST_PENDING = 60.0
-"Longest total time in seconds for which pending acknowledges may delay a command."
 
 
 @dataclass

@@ -59,6 +59,33 @@ PFNC_NAMES = {
 }
 """Supported pixel formats by V4L2's code. JPEG frames are delivered as BGR8."""
 COMPRESSED = ("MJPG", "JPEG")
+_OFF_ON = {0: "Off", 1: "Continuous"}
+_EXPOSURE_MODES = {1: "Off", 3: "Continuous", 0: "Automatic", 2: "ShutterPriority"}
+"In order of preference: webcams' normal automatic exposure is called aperture priority."
+CATEGORIES = (
+    "DeviceControl",
+    "ImageFormatControl",
+    "AcquisitionControl",
+    "AnalogControl",
+    "LensControl",
+    "VideoControl",
+    "TransportLayerControl",
+)
+_SCHEMA = " ".join(
+    (
+        'StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"',
+        'MajorVersion="1" MinorVersion="0" SubMinorVersion="0"',
+        'ProductGuid="7B1D0E52-6A53-4F0B-9C0B-2A1C6E5B9D10"',
+        'VersionGuid="0C5A7F0E-5B0D-4D7B-8B69-6E8B7D5C4A21"',
+        'xmlns="http://www.genicam.org/GenApi/Version_1_1"',
+    )
+)
+_KEPT = ("Integer", "Float", "Enumeration", "Boolean", "Converter")
+_STREAM_LOCKS = "<pIsLocked>TLParamsLocked</pIsLocked>"
+_RO, _RW = "<AccessMode>RO</AccessMode>", "<AccessMode>RW</AccessMode>"
+_PORT = "<pPort>Device</pPort>"
+_FRESH = "<Cachable>NoCache</Cachable><PollingTime>500</PollingTime>"
+_LITTLE = "<Endianess>LittleEndian</Endianess>"
 
 
 class Standard(NamedTuple):
@@ -73,9 +100,6 @@ class Standard(NamedTuple):
     "Entries of an automatic mode: names by the control's value."
 
 
-_OFF_ON = {0: "Off", 1: "Continuous"}
-_EXPOSURE_MODES = {1: "Off", 3: "Continuous", 0: "Automatic", 2: "ShutterPriority"}
-"In order of preference: webcams' normal automatic exposure is called aperture priority."
 STANDARD = {
     0x009A0901: Standard("ExposureAuto", "AcquisitionControl", entries=_EXPOSURE_MODES),
     0x009A0902: Standard("ExposureTime", "AcquisitionControl", "us", 100),
@@ -100,16 +124,6 @@ STANDARD = {
     0x009A0911: Standard("Iris", "LensControl"),
 }
 """SFNC features by V4L2_CID. The unit of gain is the driver's own."""
-
-CATEGORIES = (
-    "DeviceControl",
-    "ImageFormatControl",
-    "AcquisitionControl",
-    "AnalogControl",
-    "LensControl",
-    "VideoControl",
-    "TransportLayerControl",
-)
 
 
 @dataclass(frozen=True)
@@ -282,23 +296,6 @@ class _Writer:
         head, *rest = parts
         # The schema's order: description, lock, streamable, then the elements of the kind.
         self._nodes.append(_element(kind, name, head, streamable, *rest))
-
-
-_SCHEMA = " ".join(
-    (
-        'StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"',
-        'MajorVersion="1" MinorVersion="0" SubMinorVersion="0"',
-        'ProductGuid="7B1D0E52-6A53-4F0B-9C0B-2A1C6E5B9D10"',
-        'VersionGuid="0C5A7F0E-5B0D-4D7B-8B69-6E8B7D5C4A21"',
-        'xmlns="http://www.genicam.org/GenApi/Version_1_1"',
-    )
-)
-_KEPT = ("Integer", "Float", "Enumeration", "Boolean", "Converter")
-_STREAM_LOCKS = "<pIsLocked>TLParamsLocked</pIsLocked>"
-_RO, _RW = "<AccessMode>RO</AccessMode>", "<AccessMode>RW</AccessMode>"
-_PORT = "<pPort>Device</pPort>"
-_FRESH = "<Cachable>NoCache</Cachable><PollingTime>500</PollingTime>"
-_LITTLE = "<Endianess>LittleEndian</Endianess>"
 
 
 def _element(kind: str, name: str, *parts: str) -> str:

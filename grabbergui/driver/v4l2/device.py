@@ -62,6 +62,7 @@ _STOP_PERIOD = 0.1
 "Seconds after which the receiving thread checks whether it should end."
 _WIDEST_RATES = (0.1, 1000.0)
 "Hz; limits for drivers that do not list their frame rates."
+_NAMES = {address: name for name, address in REGISTERS.items()}
 
 
 class V4l2Device(Device):
@@ -235,9 +236,6 @@ class V4l2Device(Device):
         except DeviceLostError as error:
             self.report_lost(str(error))
             raise
-
-
-_NAMES = {address: name for name, address in REGISTERS.items()}
 
 
 def _answers_to(info: DeviceInfo, name: str) -> bool:

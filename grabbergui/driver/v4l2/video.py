@@ -25,6 +25,11 @@ CAPTURE = v4l2.BufferType.VIDEO_CAPTURE
 _GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN)
 "Error numbers of a device that was unplugged."
 Result = TypeVar("Result")
+_BIG_ENDIAN = 1 << 31
+"Flag in a format's code; no camera sends such pixels."
+_LOCKED = v4l2.ControlFlag.GRABBED | v4l2.ControlFlag.READ_ONLY | v4l2.ControlFlag.INACTIVE
+_FORMATS = frozenset(int(code) for code in v4l2.PixelFormat)
+_TYPES = frozenset(int(kind) for kind in v4l2.ControlType)
 
 
 class ControlKind(Enum):
@@ -45,9 +50,6 @@ _KINDS = {
     v4l2.ControlType.BUTTON: ControlKind.BUTTON,
 }
 """Supported types of controls; not strings, arrays, 64 bits or codecs' tables."""
-_BIG_ENDIAN = 1 << 31
-"Flag in a format's code; no camera sends such pixels."
-_LOCKED = v4l2.ControlFlag.GRABBED | v4l2.ControlFlag.READ_ONLY | v4l2.ControlFlag.INACTIVE
 
 
 @dataclass(frozen=True)
@@ -292,10 +294,6 @@ def _translated(error: OSError, path: str, what: str = "it") -> Exception:
             " or plug it in elsewhere"
         )
     return TransportError(f"{path}: {error.strerror or error}")
-
-
-_FORMATS = frozenset(int(code) for code in v4l2.PixelFormat)
-_TYPES = frozenset(int(kind) for kind in v4l2.ControlType)
 
 
 def _fourcc(code: int) -> str:

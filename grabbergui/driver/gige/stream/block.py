@@ -38,6 +38,17 @@ MOST_PARTS = 1024
 "Packets of a block that may be shorter: each part ends with one."
 MOST_WARNINGS = 16
 "Different faults of one stream that are logged."
+TAIL = 8
+"Packets requested behind the last that arrived, of a block whose end is unknown."
+_ALL_IN_SIZES: dict[int, tuple[int, int]] = {
+    PayloadKind.IMAGE: (36, 8),
+    PayloadKind.RAW: (20, 4),
+    PayloadKind.CHUNK: (12, 8),
+    PayloadKind.EXTENDED_CHUNK: (36, 16),
+    PayloadKind.JPEG: (32, 4),
+    PayloadKind.JPEG2000: (32, 4),
+}
+"Bytes of leader and trailer in an all-in packet, without chunks."
 
 
 @dataclass
@@ -86,19 +97,6 @@ class Places:
     def packet_length(self) -> int:
         """Bytes of a full packet."""
         return self.header_size + int(self.lines.shape[1])
-
-
-TAIL = 8
-"Packets requested behind the last that arrived, of a block whose end is unknown."
-_ALL_IN_SIZES: dict[int, tuple[int, int]] = {
-    PayloadKind.IMAGE: (36, 8),
-    PayloadKind.RAW: (20, 4),
-    PayloadKind.CHUNK: (12, 8),
-    PayloadKind.EXTENDED_CHUNK: (36, 16),
-    PayloadKind.JPEG: (32, 4),
-    PayloadKind.JPEG2000: (32, 4),
-}
-"Bytes of leader and trailer in an all-in packet, without chunks."
 
 
 class Block(PacketAccount):

@@ -56,6 +56,8 @@ BURST_SHARE = 0.25
 "Share of the socket's buffer that resent packets may take, which arrive in one burst."
 READY_BUFFERS = 4
 "Buffers allocated before the first packet, so that no packet waits for memory from the system."
+ALL_CHANNELS = -1
+"In place of a channel's index."
 
 
 @dataclass(frozen=True)
@@ -293,10 +295,6 @@ def tick_frequency(memory: DeviceMemory) -> int:
     """Read the frequency of the device's clock in Hz; 0 if it has none. Raises as register reads do."""
     high = memory.read_optional(BootstrapRegister.TICK_FREQUENCY_HIGH)
     return high << 32 | memory.read_optional(BootstrapRegister.TICK_FREQUENCY_LOW)
-
-
-ALL_CHANNELS = -1
-"In place of a channel's index."
 
 
 def chosen_channels(memory: DeviceMemory, wanted: int) -> Sequence[int]:

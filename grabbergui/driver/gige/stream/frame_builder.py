@@ -28,6 +28,10 @@ _COMPRESSED: dict[int, PayloadType] = {
     PartType.JPEG: PayloadType.JPEG,
     PartType.JPEG2000: PayloadType.JPEG2000,
 }
+MOST_DELAY_NS = 1_000_000_000
+"A frame that seems to have waited in the camera for longer shows that the clock is slow, not the network."
+MOST_DRIFT = 0.05
+"Delay by time since the fastest packet, up to which also longer delays are believed."
 
 
 class FrameBuilder:
@@ -140,12 +144,6 @@ def ticks_to_ns(ticks: int, frequency: int) -> int:
         return 0
     seconds, rest = divmod(ticks, frequency)
     return seconds * 1_000_000_000 + rest * 1_000_000_000 // frequency
-
-
-MOST_DELAY_NS = 1_000_000_000
-"A frame that seems to have waited in the camera for longer shows that the clock is slow, not the network."
-MOST_DRIFT = 0.05
-"Delay by time since the fastest packet, up to which also longer delays are believed."
 
 
 class ClockMapper:

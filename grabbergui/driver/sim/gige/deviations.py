@@ -12,6 +12,8 @@ from grabbergui.driver.sim.memory import RegisterKind, RegisterMemory
 _WORD = 4
 Read = Callable[[int, int], bytes]
 "Takes an address and a length in bytes."
+_REGISTER = re.compile(r"<((?:Masked)?IntReg|FloatReg) .*?</\1>", re.DOTALL)
+_BITS = re.compile(r"<(Bit|LSB|MSB)>(\d+)</\1>")
 
 
 @dataclass(frozen=True)
@@ -97,10 +99,6 @@ class Deviations:
             for register in memory.registers_in(address, length)
             if register.kind is not RegisterKind.STRING and (self.schema or register.length == _WORD)
         ]
-
-
-_REGISTER = re.compile(r"<((?:Masked)?IntReg|FloatReg) .*?</\1>", re.DOTALL)
-_BITS = re.compile(r"<(Bit|LSB|MSB)>(\d+)</\1>")
 
 
 def _declare_little(node: str) -> str:

@@ -63,6 +63,22 @@ _PART_TYPES = {
     ComponentKind.RANGE: PartType.IMAGE_3D,
     ComponentKind.CONFIDENCE: PartType.CONFIDENCE,
 }
+_UDP_SEGMENT = 103
+_MOST_SEGMENTS = 64
+_MOST_BYTES = 65_000
+"Largest segmented send in bytes, the limit of a UDP datagram."
+_MESSAGES_A_CALL = 32
+_IOVEC = np.dtype([("base", np.uint64), ("length", np.uint64)])
+_MMSGHDR = np.dtype(
+    {
+        "names": ["name", "name_length", "vectors", "vector_count"],
+        "formats": [np.uint64, np.uint32, np.uint64, np.uint64],
+        "offsets": [0, 8, 16, 24],
+        "itemsize": 64,
+    }
+)
+"`struct mmsghdr` on 64-bit Linux; omitted fields stay zero."
+SUPPORTED = sys.platform == "linux" and struct.calcsize("P") == 8
 
 
 @dataclass
@@ -243,26 +259,6 @@ def test_packet(size: int) -> bytes:
     """Return a datagram for trying a packet size: block id 0, zeros to fill it up."""
     header = PacketHeader(PacketFormat.PAYLOAD, 0, 0).encode()
     return header.ljust(size - IP_UDP_BYTES, b"\0")
-
-
-_UDP_SEGMENT = 103
-_MOST_SEGMENTS = 64
-_MOST_BYTES = 65_000
-"Largest segmented send in bytes, the limit of a UDP datagram."
-_MESSAGES_A_CALL = 32
-
-_IOVEC = np.dtype([("base", np.uint64), ("length", np.uint64)])
-_MMSGHDR = np.dtype(
-    {
-        "names": ["name", "name_length", "vectors", "vector_count"],
-        "formats": [np.uint64, np.uint32, np.uint64, np.uint64],
-        "offsets": [0, 8, 16, 24],
-        "itemsize": 64,
-    }
-)
-"`struct mmsghdr` on 64-bit Linux; omitted fields stay zero."
-
-SUPPORTED = sys.platform == "linux" and struct.calcsize("P") == 8
 
 
 class DatagramBatch:

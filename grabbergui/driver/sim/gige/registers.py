@@ -51,6 +51,32 @@ _STREAM_CAPABILITY = 0x80000000 | 0x40000000
 "The camera reports its source port and supports 16-bit block ids."
 _REGISTERS: list[Register] = []
 "Every register of a number; `_register` adds it."
+_R = bootstrap.BootstrapRegister
+NUMBERS = tuple(_REGISTERS)
+"Every register of a number."
+_FEATURES = (
+    "GevStreamChannelCount",
+    "GevStreamChannelSelector",
+    "GevSCPSPacketSize",
+    "GevSCPSDoNotFragment",
+    "GevSCPSFireTestPacket",
+    "GevSCPD",
+    "GevGVSPExtendedIDMode",
+    "GevHeartbeatTimeout",
+    "GevCurrentIPAddress",
+    "GevCurrentSubnetMask",
+    "GevCurrentDefaultGateway",
+    "GevCurrentIPConfigurationPersistentIP",
+    "GevCurrentIPConfigurationDHCP",
+    "GevCurrentIPConfigurationLLA",
+    "GevPersistentIPAddress",
+    "GevPersistentSubnetMask",
+    "GevPersistentDefaultGateway",
+    "GevMACAddress",
+    "ActionDeviceKey",
+    "ActionGroupKey",
+    "ActionGroupMask",
+)
 
 
 def _register(
@@ -65,7 +91,6 @@ def _field(name: str, field: bootstrap.Field, text: str = "", *, writable: bool 
     return Register(name, field.address, RegisterKind.STRING, field.length, text, writable)
 
 
-_R = bootstrap.BootstrapRegister
 CURRENT_IP = _register("current IP", _R.CURRENT_IP)
 SUBNET_MASK = _register("current subnet mask", _R.CURRENT_SUBNET_MASK)
 GATEWAY = _register("current gateway", _R.CURRENT_GATEWAY)
@@ -149,33 +174,6 @@ for _name, _address, _value in (
     ("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
 ):
     _register(_name, _address, _value)
-
-NUMBERS = tuple(_REGISTERS)
-"Every register of a number."
-
-_FEATURES = (
-    "GevStreamChannelCount",
-    "GevStreamChannelSelector",
-    "GevSCPSPacketSize",
-    "GevSCPSDoNotFragment",
-    "GevSCPSFireTestPacket",
-    "GevSCPD",
-    "GevGVSPExtendedIDMode",
-    "GevHeartbeatTimeout",
-    "GevCurrentIPAddress",
-    "GevCurrentSubnetMask",
-    "GevCurrentDefaultGateway",
-    "GevCurrentIPConfigurationPersistentIP",
-    "GevCurrentIPConfigurationDHCP",
-    "GevCurrentIPConfigurationLLA",
-    "GevPersistentIPAddress",
-    "GevPersistentSubnetMask",
-    "GevPersistentDefaultGateway",
-    "GevMACAddress",
-    "ActionDeviceKey",
-    "ActionGroupKey",
-    "ActionGroupMask",
-)
 
 
 def description() -> bytes:

@@ -24,6 +24,17 @@ _REORDERED = 0.02
 "Share of the packets that swap places if reordering is enabled."
 _DUPLICATED = 0.01
 _LONGEST_DELAY_S = 10.0
+REBOOT_S = 2.0
+"Seconds for which a rebooting camera does not answer."
+_POLL_S = 0.05
+_KEPT_BYTES = 96 << 20
+"Largest total size of the frames kept for resends."
+_MOST_KEPT = 16
+_MOST_RESENT = 4096
+"Packets sent for one request."
+_PACED_BATCH_S = 0.00025
+"Pauses shorter than this are gathered: a system cannot sleep much more finely."
+_SEND_BUFFER = 4 << 20
 
 
 @dataclass(frozen=True)
@@ -62,10 +73,6 @@ class GigeFaults:
         return bool(self.loss or self.reorder or self.duplicate)
 
 
-REBOOT_S = 2.0
-"Seconds for which a rebooting camera does not answer."
-
-
 class PacketFaults:
     """Decides packet by packet. Use from one thread, or under a lock."""
 
@@ -89,17 +96,6 @@ class PacketFaults:
         if faults.loss:
             order = order[self._random.random(len(order)) >= faults.loss]
         return order
-
-
-_POLL_S = 0.05
-_KEPT_BYTES = 96 << 20
-"Largest total size of the frames kept for resends."
-_MOST_KEPT = 16
-_MOST_RESENT = 4096
-"Packets sent for one request."
-_PACED_BATCH_S = 0.00025
-"Pauses shorter than this are gathered: a system cannot sleep much more finely."
-_SEND_BUFFER = 4 << 20
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,11 @@ _INTERFACE_FIELDS = (
 _ENDPOINT_FIELDS = (
     "bLength", "bDescriptorType", "bEndpointAddress", "bmAttributes", "wMaxPacketSize", "bInterval",
 )  # fmt: skip
+_ERRNO = {
+    PipeGoneError: errno.ENODEV,
+    PipeHaltedError: errno.EPIPE,
+    PipeOverflowError: errno.EOVERFLOW,
+}
 
 
 class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library has no types
@@ -179,13 +184,6 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
     def _require_plugged(self) -> None:
         if not self.camera.plugged:
             raise _error(errno.ENODEV)
-
-
-_ERRNO = {
-    PipeGoneError: errno.ENODEV,
-    PipeHaltedError: errno.EPIPE,
-    PipeOverflowError: errno.EOVERFLOW,
-}
 
 
 def _named(fields: tuple[str, ...], values: Iterable[int]) -> dict[str, Any]:

@@ -56,6 +56,11 @@ _IDENTITY = (
     reg.DEVICE_USER_ID,
 )
 "Registers with the strings of `UsbIdentity`, in its order."
+_PAYLOAD_TYPES = {
+    FrameContent.CHUNK: U3vPayloadType.CHUNK,
+    FrameContent.GENDC: U3vPayloadType.GENDC_CONTAINER,
+}
+"Other kinds than one image that USB3 Vision knows."
 
 
 @dataclass
@@ -345,13 +350,6 @@ class SimulatedU3vDevice:
             *cut(payload, plan.payload_sizes),
             trailer.encode(kind, self._leader_space),
         ]
-
-
-_PAYLOAD_TYPES = {
-    FrameContent.CHUNK: U3vPayloadType.CHUNK,
-    FrameContent.GENDC: U3vPayloadType.GENDC_CONTAINER,
-}
-"Other kinds than one image that USB3 Vision knows."
 
 
 def cut(payload: memoryview, sizes: list[int]) -> list[bytes | memoryview]:

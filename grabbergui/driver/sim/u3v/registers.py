@@ -44,6 +44,15 @@ DEVICE, CONFIGURATION, STRING, BOS = 1, 2, 3, 15
 
 _BURST = 15
 "Packets of a burst, minus one."
+SBRM, SIRM, EIRM, MANIFEST, XML = 0x1000, 0x2000, 0x3000, 0x4000, 0x40_0000
+"Addresses of the register maps."
+BOOTSTRAP_END = 0x10000
+LONGEST_TRANSFER = 1024
+"Bytes of a command or acknowledge."
+LONGEST_EVENT = 1024
+RESPONSE_TIME_MS = 300
+_LITTLE_ENDIAN = 0xFFFFFFFF
+_SUPER_SPEED = 8
 
 
 @dataclass(frozen=True)
@@ -145,19 +154,6 @@ def _interface(number: int, endpoints: int, protocol: int) -> bytes:
 def _endpoint(address: int) -> bytes:
     companion = struct.pack("<BBBBH", 6, 0x30, _BURST, 0, 0)
     return struct.pack("<BBBBHB", 7, 5, address, 2, PACKET_SIZE, 0) + companion
-
-
-SBRM, SIRM, EIRM, MANIFEST, XML = 0x1000, 0x2000, 0x3000, 0x4000, 0x40_0000
-"Addresses of the register maps."
-BOOTSTRAP_END = 0x10000
-
-LONGEST_TRANSFER = 1024
-"Bytes of a command or acknowledge."
-LONGEST_EVENT = 1024
-RESPONSE_TIME_MS = 300
-
-_LITTLE_ENDIAN = 0xFFFFFFFF
-_SUPER_SPEED = 8
 
 
 class U3vRegisters:
