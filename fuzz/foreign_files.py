@@ -19,6 +19,7 @@ from grabbergui.calibration import camera_info
 from grabbergui.core import ros_image
 from grabbergui.core.lookup_table import LutShape, load_table
 from grabbergui.core.ros_image import RosCompressedImage, RosImage
+from grabbergui.core.ros_pictures import of_compressed, of_image
 from grabbergui.models.settings import files
 from grabbergui.recording import bag_folder, yarp_dump
 from grabbergui.recording.db3_file import Db3File
@@ -26,7 +27,6 @@ from grabbergui.recording.folder import FolderRecording
 from grabbergui.recording.npy_file import NpyRecording
 from grabbergui.recording.opening import open_recording
 from grabbergui.recording.reader import RecordingReader
-from grabbergui.recording.ros_pictures import of_compressed, of_image
 from grabbergui.recording.ros_recording import RosRecording
 
 FOLDER = Path(tempfile.mkdtemp(prefix="grabbergui-fuzz-"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_UNITS = ((300, 1, "s"), (3 * 3600, 60, "min"), (72 * 3600, 3600, "h"), (1000 * 86400, 86400, "days"))
+_UNITS = ((999, 1, "s"), (3 * 3600, 60, "min"), (72 * 3600, 3600, "h"), (1000 * 86400, 86400, "days"))
 """Up to how many seconds a unit is used, its seconds, and its symbol."""
 _YEAR = 365.25 * 86400
 

@@ -18,13 +18,13 @@ from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.regular_files import read_bounded
+from grabbergui.core.ros_pictures import of_file
 from grabbergui.recording import tiff_pages, yarp_dump
 from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.file_names import natural, notes_beside
 from grabbergui.recording.notes import FrameNote, read_notes
 from grabbergui.recording.ordered_work import OrderedWork
 from grabbergui.recording.reader import RecordingReader
-from grabbergui.recording.ros_pictures import of_file
 from grabbergui.recording.stored_frames import format_named, note_of, rebuilt, unpacked
 from grabbergui.recording.times import DEFAULT_RATE, rising
 from grabbergui.recording.writer import RecordingWriter

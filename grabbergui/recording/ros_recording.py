@@ -12,7 +12,7 @@ from typing_extensions import override
 
 from grabbergui.core import ros_image
 from grabbergui.core.component import Component, ComponentKind, PayloadType
-from grabbergui.core.errors import RemoteProtocolError, UsageError
+from grabbergui.core.errors import PixelFormatError, RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.ros_image import (
     COMPRESSED_NAME,
@@ -23,12 +23,12 @@ from grabbergui.core.ros_image import (
     decode_string,
     decode_time_reference,
 )
+from grabbergui.core.ros_pictures import Picture, of_compressed, of_image
 from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.message_store import IMAGE_TYPES, MessageStore, Place
 from grabbergui.recording.notes import MAX_LINE, FrameNote, parse_note
 from grabbergui.recording.reader import RecordingReader
-from grabbergui.recording.ros_pictures import Picture, of_compressed, of_image
-from grabbergui.recording.stored_frames import rebuilt
+from grabbergui.recording.stored_frames import format_named, rebuilt
 from grabbergui.recording.times import DEFAULT_RATE, in_order_of_receipt, rising
 
 log = logging.getLogger(__name__)
@@ -89,7 +89,7 @@ class RosRecording(RecordingReader):
     def _image(self, place: Place, index: int, received_ns: int) -> Frame:
         try:
             pixels, name, width, height = self._picture(place)
-        except (RemoteProtocolError, RecordingError) as error:
+        except (RemoteProtocolError, PixelFormatError, RecordingError) as error:
             raise RecordingError(f"{self._stores[place.store].path}: frame {index}: {error}") from error
         note = replace(
             self._note(place),
@@ -101,12 +101,13 @@ class RosRecording(RecordingReader):
         return rebuilt(pixels, note, received_ns)
 
     def _picture(self, place: Place) -> Picture:
-        """Raises RemoteProtocolError, RecordingError."""
+        """Raises RemoteProtocolError, PixelFormatError, RecordingError."""
         store = self._stores[place.store]
         content = store.content(place)
         if store.type_of(place) == COMPRESSED_NAME:
             return of_compressed(RosCompressedImage.decode(content))
-        return of_image(RosImage.decode(content), self._metadata(place, PIXEL_FORMAT_KEY))
+        noted = self._metadata(place, PIXEL_FORMAT_KEY)
+        return of_image(RosImage.decode(content), noted, named=format_named)
 
     def _component(self, image: Frame, place: Place) -> tuple[int, Component]:
         """Return an image as a component, after its index in the frame."""

@@ -81,7 +81,7 @@ def test_big_endian_samples_of_any_size_and_kind_are_turned(written, encoding, s
 
 def test_an_unknown_encoding_is_named(written):
     recording = written(image(bytes(64), "64FC4", 2, 1, 64))
-    with pytest.raises(RecordingError, match="'64FC4' cannot be played"):
+    with pytest.raises(RecordingError, match="'64FC4' cannot be shown"):
         recording.frame(0, 0)
 
 

@@ -30,10 +30,11 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import (
-    IMAGE_TYPE,
+    IMAGE_TYPES,
     CameraLink,
     Publisher,
     not_found,
+    plain_topic,
     publishers_of,
     topics_of,
 )
@@ -142,7 +143,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 components = None
                 if self._with_components and link.ours:
                     components = ComponentSubscriptions(
-                        link.node, link.topic, link.publisher.node, self, self._fanout.put
+                        link.node, plain_topic(link.topic), link.publisher.node, self, self._fanout.put
                     )
                 self._stream = ImageStream(
                     link.node,
@@ -175,7 +176,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             elif not link.publisher.node:
                 if now - (nameless := nameless or now) > NAME_TIMEOUT:
                     break
-            elif link.topic not in topics[1:2] or now - begun > PREFERRED_TIMEOUT:
+            elif link.topic not in (*topics[1:2], *topics[3:]) or now - begun > PREFERRED_TIMEOUT:
                 break
             self._pause(0.05)
         try:
@@ -357,7 +358,7 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     found = {
         name: publishers_of(node, name)
         for name, types in node.get_topic_names_and_types()
-        if IMAGE_TYPE in types
+        if not set(types).isdisjoint(IMAGE_TYPES)
     }
     return [
         DeviceInfo(
@@ -375,11 +376,18 @@ def _cameras(found: Mapping[str, list[Publisher]]) -> dict[str, list[Publisher]]
     """Return image topics as cameras: the two of one node are one camera, those of two nodes are two."""
     cameras = {}
     for topic, publishers in sorted(found.items()):  # image_raw behind image, whose place it takes
+        if (plain := plain_topic(topic)) != topic and not _stands_alone(topic, plain, found):
+            continue
         name = topic.removesuffix("/image_raw").removesuffix("/image") or topic
         both = [found.get(f"{name}/{last}", ()) for last in ("image_raw", "image")]
         raw, image = ({each.node for each in publishers if each.node} for publishers in both)
         cameras[topic if raw and image and raw.isdisjoint(image) else name] = publishers
     return cameras
+
+
+def _stands_alone(topic: str, plain: str, found: Mapping[str, list[Publisher]]) -> bool:
+    """Return whether nobody publishes the same images plain, or as `compressed` beside `compressedDepth`."""
+    return plain not in found and (topic == f"{plain}/compressed" or f"{plain}/compressed" not in found)
 
 
 _NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")

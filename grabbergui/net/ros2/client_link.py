@@ -35,6 +35,10 @@ _ASK_AGAIN = 1.0
 _ASK_TYPE = "grabber_interfaces/srv/Ask"
 
 IMAGE_TYPE = "sensor_msgs/msg/Image"
+COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
+IMAGE_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE)
+_COMPRESSED = ("/compressedDepth", "/compressed")
+"""Ends of the names of compressed topics, below that of the plain images (image_transport)."""
 _NAMELESS = "_NODE_NAME_UNKNOWN_"
 """The node name that rmw reports for a publisher whose node is not known yet."""
 
@@ -79,8 +83,16 @@ def publishers_of(node: Any, topic: str) -> list[Publisher]:
 
 
 def topics_of(name: str) -> list[str]:
-    """Return the topics that a camera's name may mean, best first."""
-    return [f"{name}/image_raw", f"{name}/image", name]
+    """Return the topics that a camera's name may mean, best first: plain images before compressed ones."""
+    plain = [f"{name}/image_raw", f"{name}/image", name]
+    return [*plain, *(f"{topic}{end}" for topic in plain for end in _COMPRESSED)]
+
+
+def plain_topic(topic: str) -> str:
+    """Return the topic of the plain images beside which `camera_info` lies; of a plain one itself."""
+    for end in _COMPRESSED:
+        topic = topic.removesuffix(end)
+    return topic
 
 
 def not_found(node: Any, name: str) -> str:
@@ -88,9 +100,9 @@ def not_found(node: Any, name: str) -> str:
     topics = topics_of(name)
     for topic in topics:
         for publisher in publishers_of(node, topic):
-            if publisher.topic_type != IMAGE_TYPE:
+            if publisher.topic_type not in IMAGE_TYPES:
                 return f"{topic} carries {publisher.topic_type}, not {IMAGE_TYPE}; name a topic of images"
-    return f"nobody publishes images at {' or '.join(topics)}; check the name and ROS_DOMAIN_ID"
+    return f"nobody publishes images at {' or '.join(topics[:3])}; check the name and ROS_DOMAIN_ID"
 
 
 class CameraLink:
@@ -126,7 +138,7 @@ class CameraLink:
         A publisher with a known node goes first: it is seen before the node's name is.
         """
         for topic in topics:
-            found = [each for each in publishers_of(node, topic) if each.topic_type == IMAGE_TYPE]
+            found = [each for each in publishers_of(node, topic) if each.topic_type in IMAGE_TYPES]
             if found:
                 return cls(node, topic, next((each for each in found if each.node), found[0]), closing)
         return None

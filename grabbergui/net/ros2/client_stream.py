@@ -18,7 +18,14 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.scan3d import FollowedScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, kind_of
 from grabbergui.net.distances import in_camera_units
-from grabbergui.net.ros2.client_link import IMAGE_TYPE, publishers_of
+from grabbergui.net.ros2.client_link import (
+    COMPRESSED_TYPE,
+    IMAGE_TYPE,
+    IMAGE_TYPES,
+    plain_topic,
+    publishers_of,
+)
+from grabbergui.net.ros2.compressed_images import frame_of_compressed
 from grabbergui.net.ros2.image_messages import Continuity, frame_of, read_camera_info
 from grabbergui.net.ros2.runtime import quality_of_service, steady_timer
 
@@ -169,10 +176,12 @@ class ImageStream:
         self._deliver = deliver
         self._say = say
         self._reliable = reliable
-        self._subscribed_reliable: bool | None = None
+        self._subscribed: tuple[bool, bool] | None = None
+        "Whether the subscription is reliable, and of compressed images."
         self._subscriptions: list[Any] = []
         self._counters = StreamStatistics()
         self._rate = RateMeter()
+        self._read: Callable[[Any, int], Frame] = frame_of
         self._continuity = Continuity()
         self._senders = _Senders()
         self._last = (-math.inf, -math.inf)
@@ -225,9 +234,9 @@ class ImageStream:
     def look(self) -> None:
         """Subscribe to match the topic's publishers, and log what does not fit. One thread at a time."""
         publishers = publishers_of(self._node, self._topic)
-        images = [publisher for publisher in publishers if publisher.topic_type == IMAGE_TYPE]
+        images = [publisher for publisher in publishers if publisher.topic_type in IMAGE_TYPES]
         for other in publishers:
-            if other.topic_type != IMAGE_TYPE:
+            if other.topic_type not in IMAGE_TYPES:
                 self._remark(f"{other} publishes {other.topic_type} there, which is no image")
         if len(images) > 1 and self._senders.alternate:
             self._remark(f"{' and '.join(map(str, images))} publish on this topic: their images mix")
@@ -235,22 +244,29 @@ class ImageStream:
         if self._reliable and unable:
             self._remark(f"{unable[0]} cannot send reliably; what gets lost is not sent again")
         reliable = self._reliable and not unable
-        if reliable != self._subscribed_reliable or not self._subscriptions:
+        compressed = bool(images) and images[0].topic_type == COMPRESSED_TYPE
+        wanted = (reliable, compressed) if images or self._subscribed is None else self._subscribed
+        if wanted != self._subscribed or not self._subscriptions:
             self.pause()
-            self._subscribe(reliable)
+            self._subscribe(*wanted)
         if self._components is not None:
             self._components.look()
 
-    def _subscribe(self, reliable: bool) -> None:
+    def _subscribe(self, reliable: bool, compressed: bool) -> None:
         from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
-        from sensor_msgs.msg import CameraInfo, Image
+        from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-        self._subscribed_reliable = reliable
+        self._subscribed = reliable, compressed
+        self._read = frame_of_compressed if compressed else frame_of
         qos = quality_of_service("reliable" if reliable else "sensor_data")
 
         def images(callbacks: Any) -> Any:
             return self._node.create_subscription(
-                Image, self._topic, self._on_image, qos, event_callbacks=callbacks
+                CompressedImage if compressed else Image,
+                self._topic,
+                self._on_image,
+                qos,
+                event_callbacks=callbacks,
             )
 
         events = SubscriptionEventCallbacks(
@@ -260,7 +276,7 @@ class ImageStream:
             subscription = images(events)
         except UnsupportedEventTypeError:  # not every middleware reports losses
             subscription = images(None)
-        info_topic = f"{self._topic.rpartition('/')[0]}/camera_info"
+        info_topic = f"{plain_topic(self._topic).rpartition('/')[0]}/camera_info"
         info = self._node.create_subscription(
             CameraInfo, info_topic, self._on_camera_info, quality_of_service("sensor_data")
         )
@@ -270,7 +286,7 @@ class ImageStream:
         self._last = self._last[1], time.monotonic()
         self._senders.see(info)
         try:
-            frame = frame_of(message, self._counters.frames + 1)
+            frame = self._read(message, self._counters.frames + 1)
         except PixelFormatError as error:
             self._counters.incomplete += 1
             self._remark(str(error), "unreadable")

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from grabbergui.core.component import Component
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
@@ -15,6 +16,7 @@ from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import CurrentScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of
 from grabbergui.net.distances import in_metres
+from grabbergui.net.ros2.compressed_images import COMPRESSED_DEPTH, PNG_LEVEL, fill_depth, is_depth
 from grabbergui.net.ros2.image_messages import message_bytes
 from grabbergui.net.ros2.image_writer import ImageWriter
 
@@ -49,8 +51,9 @@ class ComponentTopics:
         `camera_info` returns the message for a frame's component. `count` notes the bytes that a publisher
         sent.
         """
-        from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+        from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 
+        self._compressed_type = CompressedImage
         self._image_type, self._info_type = Image, CameraInfo
         self._cloud_type, self._field_type = PointCloud2, PointField
         self._publisher, self._stamp, self._camera_info = publisher, stamp, camera_info
@@ -59,6 +62,8 @@ class ComponentTopics:
         self._writer = ImageWriter()
         self._topics: dict[str, tuple[Any, Any]] = {}
         "Publishers of the image and its camera_info, by component."
+        self._depths: dict[str, Any] = {}
+        "Publishers of `compressedDepth`, by component."
         self._points: Any = None
         self._sink = FrameSink(grabber, self._publish, name="ros2 components", reopens=True)
 
@@ -74,7 +79,7 @@ class ComponentTopics:
     @property
     def topics(self) -> list[str]:
         """The topics of images and points so far. Any thread."""
-        images = [publisher for publisher, _ in list(self._topics.values())]
+        images = [publisher for publisher, _ in list(self._topics.values())] + list(self._depths.values())
         return [publisher.topic_name for publisher in (*images, self._points) if publisher is not None]
 
     def _publish(self, frame: Frame) -> bool:
@@ -90,6 +95,8 @@ class ComponentTopics:
                 image = in_metres(frame.of_component(part), self._scan.value)
                 self._count(images, self._writer.publish([images], message, image))
                 sent = True
+            if images is not None and part.pixel_format.is_coordinate:
+                sent = self._publish_compressed(name, frame, part) or sent
             if infos is not None and infos.get_subscription_count():
                 message = self._camera_info(frame, frame.of_component(part))
                 self._stamp(message.header, frame)
@@ -104,6 +111,22 @@ class ComponentTopics:
             self._count(self._points, len(message.data))
             sent = True
         return sent
+
+    def _publish_compressed(self, name: str, frame: Frame, part: Component) -> bool:
+        """Publish distances on `compressedDepth` if anybody subscribes; return whether that was so."""
+        if name not in self._depths:
+            self._depths[name] = self._publisher(self._compressed_type, f"~/{name}/image/{COMPRESSED_DEPTH}")
+        depths = self._depths[name]
+        if not depths.get_subscription_count():
+            return False
+        image = in_metres(frame.of_component(part), self._scan.value)
+        if is_depth(image):
+            message = self._compressed_type()
+            self._stamp(message.header, frame)
+            fill_depth(message, image, PNG_LEVEL)
+            depths.publish(message)
+            self._count(depths, len(message.data))
+        return True
 
     def _of_component(self, name: str) -> tuple[Any, Any]:
         if name not in self._topics and len(self._topics) < MOST_COMPONENTS:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration.fitting import FrameCalibration
-from grabbergui.core import ros_encodings
+from grabbergui.core import pfnc, ros_encodings, ros_pictures
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
     Calibration,
@@ -31,6 +31,7 @@ from grabbergui.core.environment import home
 from grabbergui.core.errors import PixelFormatError, SourceNotFoundError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.core.ros_image import RosImage
 from grabbergui.net.ros2.runtime import Ros2Node, full_name
 
 
@@ -72,31 +73,21 @@ def message_bytes(values: NDArray[Any]) -> array.array[int]:
     return data
 
 
-_SHOWN = 40
-"""Characters of an unknown encoding that a message repeats."""
-
-
-def format_of(encoding: str) -> PixelFormat:
-    """Return the pixel format of an encoding. Raises PixelFormatError naming one that we cannot show."""
-    pixel_format = ros_encodings.format_of(encoding)
-    if pixel_format is None:
-        known = ", ".join(ros_encodings.FORMATS)
-        raise PixelFormatError(
-            f"images with the encoding '{encoding[:_SHOWN]}' cannot be shown; known are {known}"
-        )
-    return pixel_format
-
-
 SAME_CLOCK = 5.0
 """Seconds by which a stamp may differ from our clock and still count as of it: images may come late."""
 
 
 def frame_of(message: Any, frame_id: int) -> Frame:
-    """Return a message as a frame that shares its bytes. Raises PixelFormatError for unsupported formats.
+    """Return an Image message as a frame that shares its bytes. Raises PixelFormatError for one that is none.
 
-    `timestamp_ns` is the stamp; `received_ns` too, unless the publisher's clock is not ours.
+    `timestamp_ns` is the stamp; `received_ns` too, unless the publisher's clock is not ours. Encodings that
+    no pixel format has, such as nv12, are converted.
     """
-    pixel_format = format_of(message.encoding)
+    pixel_format = ros_encodings.format_of(message.encoding)
+    if pixel_format is None:
+        size, layout = (message.height, message.width), (int(message.is_bigendian), message.step)
+        image = RosImage(0, "", *size, message.encoding, *layout, memoryview(message.data))
+        return frame_of_picture(ros_pictures.of_image(image), message.header, frame_id)
     payload = np.frombuffer(message.data, np.uint8)
     padding = message.step - pixel_format.line_bytes(message.width)
     if padding < 0 or message.step * message.height > payload.size or not message.width * message.height:
@@ -104,19 +95,40 @@ def frame_of(message: Any, frame_id: int) -> Frame:
             f"an image of {message.width}×{message.height} {message.encoding} with lines of "
             f"{message.step} bytes and {payload.size} bytes in all contradicts itself"
         )
-    stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-    now = time.time_ns()
+    timestamp_ns, received_ns = _times(message.header)
     return Frame(
         payload=payload,
         width=message.width,
         height=message.height,
         pixel_format=pixel_format,
         frame_id=frame_id,
-        timestamp_ns=max(stamp, 0),
-        received_ns=stamp if abs(now - stamp) < SAME_CLOCK * 1e9 else now,
         padding_x=padding,
         big_endian=bool(message.is_bigendian),
+        timestamp_ns=timestamp_ns,
+        received_ns=received_ns,
     )
+
+
+def frame_of_picture(picture: ros_pictures.Picture, header: Any, frame_id: int) -> Frame:
+    """Return decoded pixels as a frame with the times of a message's header."""
+    pixels, name, width, height = picture
+    timestamp_ns, received_ns = _times(header)
+    return Frame(
+        payload=np.ascontiguousarray(pixels).reshape(-1).view(np.uint8),
+        width=width,
+        height=height,
+        pixel_format=pfnc.by_name(name),
+        frame_id=frame_id,
+        timestamp_ns=timestamp_ns,
+        received_ns=received_ns,
+    )
+
+
+def _times(header: Any) -> tuple[int, int]:
+    stamp = header.stamp.sec * 1_000_000_000 + header.stamp.nanosec
+    now = time.time_ns()
+    ours = abs(now - stamp) < SAME_CLOCK * 1e9
+    return max(stamp, 0), stamp if ours else now
 
 
 class Continuity:

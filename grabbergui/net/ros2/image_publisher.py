@@ -6,7 +6,6 @@ Further components of the frames have topics of their own: images, and point clo
 
 from __future__ import annotations
 
-import array
 import functools
 import logging
 import threading
@@ -14,25 +13,18 @@ import time
 from typing import Any
 from weakref import WeakKeyDictionary
 
-import cv2
-
 from grabbergui.calibration.fitting import FittedCalibration
-from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.pfnc import Family
 from grabbergui.net.readers import Reader
 from grabbergui.net.ros2.component_topics import ComponentTopics
+from grabbergui.net.ros2.compressed_topics import CompressedTopics
 from grabbergui.net.ros2.image_messages import fill_camera_info
 from grabbergui.net.ros2.image_writer import ImageWriter
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
-
-JPEG_QUALITY = "image_raw.compressed.jpeg_quality"
-"""The node's parameter, named as image_transport's."""
-
 
 _NOT_YET_KNOWN = "_NODE_NAME_UNKNOWN_"
 """rmw's name of a node whose topics were discovered before the node itself."""
@@ -43,13 +35,14 @@ class ImagePublisher:
 
     Frames with several components also have `ComponentTopics`.
 
-    A thread of its own publishes the messages; the node's parameters `frame_id` and `JPEG_QUALITY` apply. A
-    slow network drops frames here and does not affect the camera or other consumers.
+    A thread of its own publishes the messages; the node's parameters `frame_id` and those of
+    `CompressedTopics` apply. `camera_info` keeps its last message for late subscribers. A slow network drops
+    frames here and does not affect the camera or other consumers.
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber, qos: str, calibration: FittedCalibration) -> None:
         """`calibration` is adapted to each image and sent with it."""
-        from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+        from sensor_msgs.msg import CameraInfo, Image
 
         self._calibration = calibration
         self._info_type = CameraInfo
@@ -57,10 +50,10 @@ class ImagePublisher:
         self._traffic: dict[str, tuple[int, int]] = {}
         "Messages and their bytes by topic. Replaced, never changed, so that any thread may read it."
         self._node = node
-        self._image_type, self._compressed_type = Image, CompressedImage
+        self._image_type = Image
         self._stamps = _Stamps(node.get_clock())
 
-        def publisher(kind: Any, topic: str) -> Any:
+        def publisher(kind: Any, topic: str, *, latched: bool = False) -> Any:
             """Make a publisher with a configurable quality of service: qos_overrides.<topic>.publisher…."""
             from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
             from rclpy.qos import qos_policy_name_from_kind
@@ -81,7 +74,7 @@ class ImagePublisher:
                 node.create_publisher,
                 kind,
                 topic,
-                quality_of_service(qos),
+                quality_of_service(qos, latched=latched),
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
             try:
@@ -93,9 +86,13 @@ class ImagePublisher:
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
         raw = node.resolve_topic_name("~/image_raw")
         place = raw.rpartition("/")[0]
-        compressed = _unless_remapped(node, "~/image_raw/compressed", f"{raw}/compressed")
-        self._compressed = publisher(CompressedImage, compressed)
-        self._info = publisher(CameraInfo, _unless_remapped(node, "~/camera_info", f"{place}/camera_info"))
+        self._compressed = CompressedTopics(
+            node, lambda last: _unless_remapped(node, f"~/image_raw/{last}", f"{raw}/{last}"), publisher
+        )
+        info = _unless_remapped(node, "~/camera_info", f"{place}/camera_info")
+        self._info = publisher(CameraInfo, info, latched=True)
+        self._info_sent: object = None
+        "What the last camera_info was about; a subscriber may come when no frame does."
         self._components = ComponentTopics(
             node, grabber, publisher, self._stamp, self._camera_info, self._count
         )
@@ -128,16 +125,18 @@ class ImagePublisher:
             self.published += 1
             for publisher in wanted:
                 self._count(publisher, size)
-        if self._compressed.get_subscription_count():
-            message = self._jpeg(frame)
+        for publisher, message in self._compressed.messages(frame):
             _fill(message.header, stamp, frame_id)
-            self._compressed.publish(message)
-            self._count(self._compressed, len(message.data))
-        if self._info.get_subscription_count():
+            publisher.publish(message)
+            self._count(publisher, len(message.data))
+        informed = bool(self._info.get_subscription_count())
+        about = (frame.width, frame.height, self._calibration.forms(frame), frame_id)
+        if informed or about != self._info_sent:
+            self._info_sent = about
             message = self._camera_info(frame)
             _fill(message.header, stamp, frame_id)
             self._info.publish(message)
-        return bool(wanted) or any(one.get_subscription_count() for one in (self._compressed, self._info))
+        return bool(wanted) or informed or self._compressed.wanted
 
     def _count(self, publisher: Any, size: int) -> None:
         images, total = self._traffic.get(publisher.topic_name, (0, 0))
@@ -145,7 +144,7 @@ class ImagePublisher:
 
     def readers(self) -> list[Reader]:
         """Return the subscribers of images; those of camera_info alone are left out. Any thread."""
-        topics = [publisher.topic_name for publisher in (*self._images, self._compressed)]
+        topics = [*(publisher.topic_name for publisher in self._images), *self._compressed.topics]
         return [
             Reader(_node_name(end), topic, "", *self._traffic.get(topic, (0, 0)))
             for topic in (*topics, *self._components.topics)
@@ -155,20 +154,6 @@ class ImagePublisher:
 
     def _stamp(self, header: Any, frame: Frame) -> None:
         _fill(header, self._stamps.of(frame), self._node.get_parameter("frame_id").value)
-
-    def _jpeg(self, frame: Frame) -> Any:
-        message = self._compressed_type()
-        mono = frame.pixel_format.family in (Family.MONO, Family.COORDINATES)
-        image = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
-        quality = self._node.get_parameter(JPEG_QUALITY).value
-        done, encoded = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-        if not done:
-            raise PixelFormatError(f"an image of {frame.width}×{frame.height} cannot be written as JPEG")
-        # The encoding that image_transport's subscribers give the decoded image precedes that of the JPEG.
-        encoding = "mono8" if mono else "bgr8"
-        message.format = f"{encoding}; jpeg compressed {encoding}"
-        message.data = array.array("B", encoded.tobytes())
-        return message
 
     def _camera_info(self, frame: Frame, component: Frame | None = None) -> Any:
         """Return the camera_info; without a calibration its matrices are zero, ROS's "uncalibrated".

@@ -206,13 +206,18 @@ def _without_places(error: Exception) -> str:
     return f"unknown: {text}" if text.startswith("[") else text
 
 
-def quality_of_service(name: str) -> Any:
-    """Return a fresh quality of service by name: `sensor_data` (best effort, the default) or `reliable`."""
-    from rclpy.qos import QoSProfile, ReliabilityPolicy
+def quality_of_service(name: str, *, latched: bool = False) -> Any:
+    """Return a fresh quality of service by name: `sensor_data` (best effort, the default) or `reliable`.
+
+    A `latched` publisher keeps its last message for those who subscribe later (transient local).
+    """
+    from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     policies = {"sensor_data": ReliabilityPolicy.BEST_EFFORT, "reliable": ReliabilityPolicy.RELIABLE}
     if name not in policies:
         raise UsageError(f"quality of service '{name}': write {' or '.join(policies)}")
+    if latched:
+        return QoSProfile(depth=1, reliability=policies[name], durability=DurabilityPolicy.TRANSIENT_LOCAL)
     return QoSProfile(depth=QUEUE_DEPTH, reliability=policies[name])
 
 

@@ -10,10 +10,11 @@ from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.readers import Reader
+from grabbergui.net.ros2 import compressed_topics
 from grabbergui.net.ros2.diagnostics import Diagnostics
 from grabbergui.net.ros2.grabber_services import GrabberServices
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
-from grabbergui.net.ros2.image_publisher import JPEG_QUALITY, ImagePublisher
+from grabbergui.net.ros2.image_publisher import ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.requirements import require_ros2
 from grabbergui.net.ros2.rosout import RosoutHandler
@@ -146,26 +147,26 @@ class Ros2GrabberServer:
 
         The URL is fixed at the start: otherwise any client could have any file overwritten.
         """
-        from rcl_interfaces.msg import IntegerRange, ParameterDescriptor, SetParametersResult
+        from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
         from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
         def check(parameters: list[Any]) -> Any:
             for parameter in parameters:
-                if parameter.name == "frame_id" and isinstance(parameter.value, str):
-                    try:
+                try:
+                    if parameter.name == "frame_id" and isinstance(parameter.value, str):
                         check_frame_id(parameter.value)
-                    except UsageError as error:
-                        return SetParametersResult(successful=False, reason=sendable(str(error)))
+                    compressed_topics.check(parameter.name, parameter.value)
+                except UsageError as error:
+                    return SetParametersResult(successful=False, reason=sendable(str(error)))
             return SetParametersResult(successful=True)
 
         self._ros.node.add_on_set_parameters_callback(check)
         file = self._calibration.file
         url = file.absolute().as_uri() if file else ""
-        quality = [IntegerRange(from_value=1, to_value=100, step=1)]
         for name, value, described in (
             ("frame_id", frame_id, {"description": "Frame of reference in the headers of images."}),
             ("camera_info_url", url, {"description": f"Calibration file; empty: {DEFAULT_URL}"}),
-            (JPEG_QUALITY, 90, {"description": "Higher is better and larger.", "integer_range": quality}),
+            *compressed_topics.parameters(),
         ):
             fixed = self._read_only or name == "camera_info_url"
             descriptor = ParameterDescriptor(read_only=fixed, **described)

@@ -1,10 +1,13 @@
 """Somebody else's camera driver on ROS 2, for tests with real rclpy."""
 
+import struct
 import threading
 import time
 
+import cv2
+import numpy as np
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from grabbergui.net.ros2.runtime import Ros2Node
 
@@ -74,3 +77,26 @@ def information(**changes):
 
 def said(notices, words):
     return lambda: any(words in notice for notice in notices)
+
+
+DEEP = [[1, 300, 20_000, 65_535], [0, 1, 2, 3]]
+"Values of an image with 16 bits."
+
+
+def compressed(form, suffix, values, before=b""):
+    """As image_transport's plug-ins write it: with OpenCV."""
+    done, content = cv2.imencode(suffix, np.array(values))
+    assert done
+    return CompressedImage(format=form, data=before + content.tobytes())
+
+
+def jpeg(form, channels=3):
+    return compressed(form, ".jpg", np.full((2, 4, channels), 100, np.uint8).squeeze())
+
+
+def png(form):
+    return compressed(form, ".png", np.array(DEEP, np.uint16))
+
+
+def depth(form):
+    return compressed(form, ".png", np.array(DEEP, np.uint16), struct.pack("<iff", 0, 0, 0))

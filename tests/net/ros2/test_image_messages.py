@@ -13,11 +13,11 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.ros_encodings import FORMATS
+from grabbergui.net.ros2 import compressed_images
 from grabbergui.net.ros2.client_stream import ImageStream
 from grabbergui.net.ros2.image_messages import (
     Continuity,
     encoding_of,
-    format_of,
     frame_of,
     pixels_of,
 )
@@ -89,6 +89,70 @@ def test_no_message_does_more_harm_than_being_refused(width, height, encoding, s
     assert frame.raw().shape[:2] == (height, width)
 
 
+@pytest.mark.parametrize(
+    ("encoding", "size", "name"),
+    [("nv12", 12, "YUV422_8"), ("nv21", 12, "YUV422_8"), ("nv24", 24, "YUV8_UYV"), ("i420", 12, "YUV422_8")],
+)
+def test_subsampled_colour_is_shown(encoding, size, name):
+    """As v4l2_camera and Jetson's cameras publish it: V is high, so it is red."""
+    luma, u, v = [128] * 8, 128, 200
+    pairs = {"nv12": [u, v] * 2, "nv21": [v, u] * 2, "nv24": [u, v] * 8, "i420": [u, u, v, v]}[encoding]
+    frame = frame_of(image(4, 2, encoding, 4, bytes(luma + pairs)), 1)
+    assert len(luma + pairs) == size and frame.pixel_format.name == name
+    red, green, blue = frame.rgb()[0, 0].astype(int)
+    assert red > blue + 50 > green
+
+
+def compressed_message():
+    header = SimpleNamespace(stamp=SimpleNamespace(sec=0, nanosec=0))
+    return SimpleNamespace(header=header, format="", data=b"")
+
+
+@pytest.mark.parametrize(
+    "name", ["Mono8", "Mono12", "Mono16", "BayerRG8", "BayerGB16", "RGB8", "BGRa8", "RGB16"]
+)
+def test_png_keeps_every_bit(name):
+    pixel_format = pfnc.by_name(name)
+    payload = np.random.default_rng(1).integers(0, 16, pixel_format.image_bytes(8, 6), np.uint8)
+    frame, message = Frame(payload, 8, 6, pixel_format), compressed_message()
+    compressed_images.fill_png(message, frame, 3)
+
+    again = compressed_images.frame_of_compressed(message, 1)
+    if pixel_format.family.name == "RGB":
+        assert np.array_equal(again.rgb(), frame.rgb())
+    else:
+        assert np.array_equal(again.raw(), frame.raw())
+    described, _, how = message.format.partition("; ")
+    assert how == f"png compressed {described}"
+
+
+@pytest.mark.parametrize(("name", "mode"), [("Mono16", "mono8"), ("BayerRG8", "bgr8"), ("RGB8", "bgr8")])
+def test_jpeg_has_eight_bits(name, mode):
+    pixel_format = pfnc.by_name(name)
+    payload = np.full(pixel_format.image_bytes(16, 16), 100, np.uint8)
+    message = compressed_message()
+    compressed_images.fill_jpeg(message, Frame(payload, 16, 16, pixel_format), 90)
+    assert message.format == f"{mode}; jpeg compressed {mode}"
+    again = compressed_images.frame_of_compressed(message, 1)
+    assert np.abs(again.rgb().astype(int) - 100).max() < 5
+
+
+def test_distances_are_finest_nearby():
+    """The plug-in's own formula: a quantum of inverse depth is a / z² per metre."""
+    metres = np.array([[0.5, 1, 2, 5], [9.9, 10.5, 0, np.nan]], "<f4")
+    frame = Frame(metres.reshape(-1).view(np.uint8), 4, 2, pfnc.by_name("Coord3D_C32f"))
+    message = compressed_message()
+    assert compressed_images.is_depth(frame)
+    compressed_images.fill_depth(message, frame, 3)
+    assert message.format == "32FC1; compressedDepth png"
+
+    again = compressed_images.frame_of_compressed(message, 1).raw()
+    assert np.isnan(again[1, 1:]).all(), "beyond 10 m, or not measured"
+    seen = again.ravel()[:5]
+    assert np.all(np.abs(seen - metres.ravel()[:5]) <= metres.ravel()[:5] ** 2 / 10_100 + 1e-6)
+    assert bytes(message.data[:4]) == bytes(4) and bytes(message.data[12:16]) == b"\x89PNG"
+
+
 def test_continuous_images_cause_no_report():
     continuity = Continuity()
 
@@ -117,7 +181,7 @@ def test_a_foreign_clock_is_reported_once():
     continuity = Continuity()
     ahead = time.time() + 3600
 
-    assert "3600 s ahead" in continuity.remarks(frame_of(image(stamp=ahead), 1))["clock"]
+    assert "60 min ahead" in continuity.remarks(frame_of(image(stamp=ahead), 1))["clock"]
     assert continuity.remarks(frame_of(image(stamp=ahead + 1), 2)) == {}
 
 
@@ -159,13 +223,13 @@ def test_a_format_without_encoding_is_named():
         with pytest.raises(PixelFormatError, match=name):
             encoding_of(pfnc.by_name(name))
     with pytest.raises(PixelFormatError, match="'64FC4' cannot be shown"):
-        format_of("64FC4")
+        frame_of(image(encoding="64FC4"), 1)
 
 
 def test_a_publisher_that_changes_its_odd_encoding_all_the_time_is_reported_once():
     notices = []
     stream = ImageStream(None, "/camera/image_raw", lambda frame: None, notices.append)
     for number in range(50):
-        stream._on_image(SimpleNamespace(encoding=f"odd{number}" + "x" * 1000))
+        stream._on_image(image(encoding=f"odd{number}" + "x" * 1000), {})
     assert len(notices) == 1 and len(notices[0]) < 2000
     assert stream.statistics().incomplete == 50

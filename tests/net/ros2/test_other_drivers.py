@@ -11,7 +11,7 @@ pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
 pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
 pytestmark = pytest.mark.ros2
 
-from other_driver import image, information, said  # noqa: E402
+from other_driver import DEEP, depth, image, information, jpeg, png, said  # noqa: E402
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import ReliabilityPolicy  # noqa: E402
@@ -28,6 +28,7 @@ from grabbergui.core.errors import (  # noqa: E402
 )
 from grabbergui.core.features import FeatureKind  # noqa: E402
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
+from grabbergui.net.ros2 import client  # noqa: E402
 from grabbergui.net.ros2.client_link import CameraLink, not_found, publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
@@ -451,9 +452,54 @@ def test_two_publishers_of_one_topic_are_reported(driver, opened, notices):
 
 
 def test_a_topic_of_something_else_is_named(drive, probe):
-    drive("jpeg", kind=CompressedImage)
+    drive("info", kind=CameraInfo)
 
-    until(lambda: "carries sensor_msgs/msg/CompressedImage" in not_found(probe.node, "/jpeg/image_raw"))
+    until(lambda: "carries sensor_msgs/msg/CameraInfo" in not_found(probe.node, "/info/image_raw"))
+
+
+@pytest.mark.parametrize(
+    ("last", "message", "pixel_format"),
+    [
+        ("image_raw/compressed", jpeg("bgr8; jpeg compressed bgr8"), "BGR8"),
+        ("image_raw/compressed", jpeg("jpeg", 1), "Mono8"),
+        ("image_rect/compressed", png("mono16; png compressed mono16"), "Mono16"),
+        ("depth/compressedDepth", depth("16UC1; compressedDepth png"), "Coord3D_C16"),
+    ],
+    ids=str,
+)
+def test_compressed_images_are_a_source(drive, opened, last, message, pixel_format):
+    """As a bag, or a camera behind a slow network, may have nothing else."""
+    driver = drive("small", kind=CompressedImage, topic=last)
+    driver.message = message
+    driver.info = information()
+    uri = f"ros2:/small/{last}"
+    until(lambda: uri in [info.uri for info in client.discover(0.3)])
+
+    remote = opened(uri)
+    frames = remote.open_queue()
+    remote.start()
+
+    frame = frames.get(PATIENCE)
+    assert (frame.width, frame.height, frame.pixel_format.name) == (4, 2, pixel_format)
+    if pixel_format.endswith("16"):
+        assert frame.raw().tolist() == DEEP
+    until(lambda: remote.calibration())
+
+
+def test_a_camera_with_plain_images_is_one_source(drive, opened):
+    drive("both")
+    drive("both", kind=CompressedImage, topic="image_raw/compressed", node="republisher")
+    until(lambda: len([info for info in client.discover(0.3) if "/both" in info.uri]) == 1)
+    assert opened("ros2:/both")._link.topic == "/both/image_raw"
+
+
+def test_a_damaged_compressed_image_is_reported(drive, opened, notices):
+    driver = drive("broken", kind=CompressedImage, topic="image_raw/compressed")
+    driver.message = CompressedImage(format="jpeg", data=b"\xff\xd8 no JPEG")
+    remote = opened("ros2:/broken")
+    remote.start()
+    until(said(notices, "a compressed image ('jpeg')"))
+    assert remote.statistics().incomplete
 
 
 def test_a_topic_that_is_not_there(impatience):

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.ros2
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from rcl_interfaces.msg import ParameterEvent  # noqa: E402
-from ros2_peers import until  # noqa: E402
+from ros2_peers import ParameterProbe, until  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
@@ -120,6 +120,44 @@ def test_the_quality_of_jpeg_is_a_parameter(serve, probe):
 
     assert not set_quality(101) and set_quality(20)
     until(lambda: len(images.get(timeout=PATIENCE).data) < fine / 2)
+
+
+def test_compressed_images_may_be_png_and_distances_compressed_depth(serve, probe, camera):
+    """With image_transport's parameters."""
+    from grabbergui.net.ros2.compressed_images import frame_of_compressed
+
+    camera.write_feature("PixelFormat", "Mono12")
+    serve("/cam", ros_args=["-p", "image_raw.compressed.format:=png"])
+    images = probe.subscribe(CompressedImage, "/cam/image_raw/compressed")
+    message = images.get(timeout=PATIENCE)
+    assert message.format == "mono16; png compressed mono16"
+    assert frame_of_compressed(message, 1).raw().max() > 255
+
+    parameters = ParameterProbe("/cam")
+    (refused,) = parameters.set(**{"image_raw.compressed.format": "gif"})
+    assert not refused.successful and "jpeg or png" in refused.reason
+    assert parameters.set(**{"image_raw.compressed.format": "jpeg"})[0].successful
+    until(lambda: images.get(timeout=PATIENCE).format == "mono8; jpeg compressed mono8")
+    parameters.close()
+
+    camera.write_feature("ComponentSelector", "Range")
+    camera.write_feature("ComponentEnable", True)
+    message = probe.subscribe(CompressedImage, "/cam/range/image/compressedDepth").get(timeout=PATIENCE)
+    assert message.format == "32FC1; compressedDepth png"
+    metres = frame_of_compressed(message, 1).raw()
+    assert metres.shape == (240, 320) and 0.5 < np.nanmin(metres) < np.nanmax(metres) < 1.5
+
+
+def test_camera_info_is_kept_for_late_subscribers(serve, probe, camera):
+    """As when the camera waits for a trigger, and sends no images."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
+    server = serve("/cam")
+    until(lambda: server._images._info_sent)
+    camera.stop()
+    late = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    message = probe.subscribe(CameraInfo, "/cam/camera_info", late).get(timeout=PATIENCE)
+    assert (message.width, message.height) == (320, 240)
 
 
 @pytest.mark.parametrize("value", ["0", "high"])

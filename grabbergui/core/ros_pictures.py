@@ -1,4 +1,4 @@
-"""Recorded ROS images, plain and compressed, as pixels in PFNC's formats.
+"""ROS's images, plain and compressed, recorded or received, as pixels in PFNC's formats.
 
 Encodings without a PFNC format become one that holds the same samples: the chroma of 4:2:0 (nv12, nv21, i420)
 is repeated in every second line of YUV422_8, nv24 is interleaved as YUV8_UYV, and 32FC4 loses its fourth
@@ -8,17 +8,16 @@ value.
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import encoded_image, pfnc, ros_encodings
-from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.core.pfnc import Family
+from grabbergui.core.errors import PixelFormatError, RemoteProtocolError
+from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.ros_image import RosCompressedImage, RosImage
-from grabbergui.recording.errors import RecordingError
-from grabbergui.recording.stored_frames import format_named
 
 Picture = tuple[NDArray[Any], str, int, int]
 "Lines of pixels, the PFNC name of their format, width, height."
@@ -26,6 +25,8 @@ Picture = tuple[NDArray[Any], str, int, int]
 _SEMIPLANAR = {"nv12": (0, 1), "nv21": (1, 0)}
 "Where U and V are in a pair."
 _PLANAR = ("i420", "yuv420", "yuv420p", "iyuv")
+KNOWN = (*ros_encodings.FORMATS, *_SEMIPLANAR, *_PLANAR, "nv24", "32FC4")
+"Encodings of images that can be shown."
 _OF_FILES = {(1, "u1"): "Mono8", (1, "u2"): "Mono16", (3, "u1"): "BGR8", (3, "u2"): "BGR16",
              (4, "u1"): "BGRa8", (4, "u2"): "BGRa16", (1, "i1"): "Data8s", (1, "i2"): "Data16s",
              (1, "i4"): "Data32s", (1, "f4"): "Coord3D_C32f", (1, "f8"): "Data64f"}  # fmt: skip
@@ -38,8 +39,13 @@ def of_file(pixels: NDArray[Any]) -> str:
     return _OF_FILES.get((components, pixels.dtype.str[1:]), "")
 
 
-def of_image(image: RosImage, recorded_format: str = "") -> Picture:
-    """Return an image's pixels, in the format that a recorder noted if it did. Raises RecordingError."""
+def of_image(
+    image: RosImage, recorded_format: str = "", *, named: Callable[[str], PixelFormat] = pfnc.by_name
+) -> Picture:
+    """Return an image's pixels, in the format that a recorder noted if it did. Raises PixelFormatError.
+
+    `named` returns the format that a name means, and raises as it likes for one that means none.
+    """
     encoding = image.encoding
     if not recorded_format:
         if encoding in _SEMIPLANAR or encoding in _PLANAR:
@@ -52,8 +58,10 @@ def of_image(image: RosImage, recorded_format: str = "") -> Picture:
             return np.ascontiguousarray(points), "Coord3D_ABC32f", image.width, image.height
     name = recorded_format or ros_encodings.FORMATS.get(encoding, "")
     if not name:
-        raise RecordingError(f"images of encoding '{encoding[:40]}' cannot be played")
-    pixel_format = format_named(name)
+        raise PixelFormatError(
+            f"images with the encoding '{encoding[:40]}' cannot be shown; known are {', '.join(KNOWN)}"
+        )
+    pixel_format = named(name)
     line = pixel_format.line_bytes(image.width)
     lines = _of_lines(image, line)
     size = pixel_format.sample_bytes
@@ -70,7 +78,7 @@ def _of_lines(
     """Return lines without padding: (count, line) uint8, by default of the whole image."""
     count, step = count or image.height, step or image.step
     if not count or not line or line > step or offset + count * step > len(image.data):
-        raise RecordingError(
+        raise PixelFormatError(
             f"an image of {image.width}×{image.height} {image.encoding[:40]} in lines of "
             f"{image.step} bytes is impossible"
         )
@@ -81,7 +89,7 @@ def _of_lines(
 def _of_subsampled(image: RosImage) -> NDArray[np.uint8]:
     width, height = image.width, image.height
     if width % 2 or height % 2:
-        raise RecordingError(f"an image of {width}×{height} {image.encoding} needs even sides")
+        raise PixelFormatError(f"an image of {width}×{height} {image.encoding} needs even sides")
     luma, offset = _of_lines(image, width), image.step * height
     pixels = np.empty((height, width, 2), np.uint8)
     pixels[..., 0] = luma
@@ -109,7 +117,7 @@ def _of_nv24(image: RosImage) -> NDArray[np.uint8]:
 
 
 def of_compressed(image: RosCompressedImage) -> Picture:
-    """Return the pixels of a compressed image. Raises RecordingError."""
+    """Return the pixels of a compressed image. Raises PixelFormatError."""
     described, _, how = (part.strip() for part in image.format.partition(";"))
     try:
         if "compressedDepth" in how:
@@ -117,7 +125,7 @@ def of_compressed(image: RosCompressedImage) -> Picture:
         else:
             pixels = encoded_image.decode(np.frombuffer(image.data, np.uint8))
     except RemoteProtocolError as error:
-        raise RecordingError(f"a compressed image ('{image.format[:60]}'): {error}") from None
+        raise PixelFormatError(f"a compressed image ('{image.format[:60]}'): {error}") from None
     name = of_file(pixels)
     plain = ros_encodings.FORMATS.get(described, "")
     # Files tell grey from colour; Bayer patterns, depth and signed values are only in the encoding.
@@ -130,7 +138,9 @@ def of_compressed(image: RosCompressedImage) -> Picture:
         ):
             name = plain
     if not name:
-        raise RecordingError(f"a compressed image of {pixels.dtype} ('{image.format[:60]}') cannot be played")
+        raise PixelFormatError(
+            f"a compressed image of {pixels.dtype} ('{image.format[:60]}') cannot be shown"
+        )
     return pixels, name, pixels.shape[1], pixels.shape[0]
 
 
