@@ -203,13 +203,12 @@ OPENED_OTHERWISE = {
     "cli/__init__.py": "/dev/null and its own streams",
     "ui/theme.py": "shipped with the program",
     "ui/views/help_views.py": "shipped with the program",
-    "driver/sim/memory.py": "shipped with the program",
+    "driver/sim/camera_xml.py": "shipped with the program",
     "driver/sim/gige/registers.py": "shipped with the program",
     "setup/completion.py": "the program's own cache and files shipped with it",
     "setup/desktop_entry.py": "shipped with the program",
     "setup/udev_rule.py": "shipped with the program",
     "setup/ros2.py": "ROS's own files",
-    "library/effect.py": "the program's own cache",
     "setup/seen.py": "the program's own cache, and a file shipped with it",
     "report/stand_ins.py": "/sys",
     "driver/genapi/parse_cache.py": "the program's own cache, a folder that nobody else may write to",
@@ -219,8 +218,9 @@ OPENED_OTHERWISE = {
     "net/ros2/shared_memory.py": "/proc",
     "driver/u3v/enumeration.py": "/sys",
     "driver/sim/u3v/gadget.py": "/sys and /dev",
-    "driver/sim/u3v/serve.py": "/sys",
-    "driver/v4l2/video.py": "/dev and /sys",
+    "driver/sim/u3v/virtual_host.py": "/sys",
+    "driver/v4l2/finding.py": "/dev and /sys",
+    "driver/v4l2/video.py": "/dev",
 }
 "File of the package: why it opens files without `core/regular_files.py`."
 
