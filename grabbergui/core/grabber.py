@@ -14,9 +14,9 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
-from grabbergui.core.frame_source import FrameSource
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.register_source import RegisterSource
+from grabbergui.core.stream_source import StreamSource
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class ConnectionState(Enum):
     "Disconnected without being closed; a reconnection may be in progress."
 
 
-class FrameGrabber(RegisterSource, FrameSource):
+class FrameGrabber(RegisterSource, StreamSource):
     """A source of frames and features.
 
     Feature calls, `start` and `stop` take as long as the device or the network does, so a window calls them
@@ -81,7 +81,7 @@ class FrameGrabber(RegisterSource, FrameSource):
 
     def __init__(self, info: DeviceInfo) -> None:
         RegisterSource.__init__(self)
-        FrameSource.__init__(self)
+        StreamSource.__init__(self)
         self.info = info
 
     @abstractmethod

@@ -16,10 +16,10 @@ from grabbergui.core.errors import AccessDeniedError, FeatureAccessError
 from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import AccessMode, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.frame_source import FrameSource
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber
 from grabbergui.core.register_source import RegisterSource
 from grabbergui.core.settings import Selectors, SettingKey, WriteResult
+from grabbergui.core.stream_source import StreamSource
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 _REASON = "the camera is served read-only"
@@ -64,12 +64,12 @@ class SharedGrabber(FrameGrabber):
     read_register = _passed_on(RegisterSource.read_register)
     write_register = _passed_on(RegisterSource.write_register)
 
-    start = _passed_on(FrameSource.start)
-    stop = _passed_on(FrameSource.stop)
-    statistics = _passed_on(FrameSource.statistics)
-    calibration = _passed_on(FrameSource.calibration)
-    silence = _passed_on(FrameSource.silence)
-    recorded_coordinates = _passed_on(FrameSource.recorded_coordinates)
+    start = _passed_on(StreamSource.start)
+    stop = _passed_on(StreamSource.stop)
+    statistics = _passed_on(StreamSource.statistics)
+    calibration = _passed_on(StreamSource.calibration)
+    silence = _passed_on(StreamSource.silence)
+    recorded_coordinates = _passed_on(StreamSource.recorded_coordinates)
 
     def __init__(self, grabber: FrameGrabber) -> None:
         super().__init__(grabber.info)

@@ -10,12 +10,12 @@ from grabbergui.core.errors import AccessDeniedError, FeatureAccessError, Featur
 from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.frame_source import FrameSource
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.register_source import RegisterSource
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.shared import ReadOnlyGrabber, SharedGrabber
+from grabbergui.core.stream_source import StreamSource
 from grabbergui.net.tree import TreeService
 from patience import PATIENCE
 
@@ -30,7 +30,7 @@ class Plain(ThreeKnobs):
 def test_every_call_is_passed_on_to_the_shared_grabber():
     public = {
         name
-        for base in (FrameGrabber, RegisterSource, FeatureSource, FrameSource)
+        for base in (FrameGrabber, RegisterSource, FeatureSource, StreamSource)
         for name, kind in vars(base).items()
         if not name.startswith("_") and (callable(kind) or isinstance(kind, property))
     }
@@ -128,7 +128,7 @@ def test_whether_a_method_writes_was_decided_for_each():
         "unlike_before",
         "changed_meanwhile",
     }
-    bases = (FrameGrabber, RegisterSource, FeatureSource, FrameSource)
+    bases = (FrameGrabber, RegisterSource, FeatureSource, StreamSource)
     methods = {name for base in bases for name in vars(base) if not name.startswith("_")} - signals
     undecided = methods - READS - set(vars(ReadOnlyGrabber))
     assert not undecided, "a new method of FrameGrabber: refuse it in ReadOnlyGrabber, or add it to READS"

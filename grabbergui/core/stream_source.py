@@ -9,7 +9,7 @@ from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue, StreamStatistics
 
 
-class FrameSource(ABC):
+class StreamSource(ABC):
     """Delivers frames to any number of queues while its stream is on.
 
     `start` and `stop` take as long as the device or the network does; other calls never wait.
