@@ -133,7 +133,10 @@ def _add_setup(commands: Any) -> None:
         example="grabbergui setup desktop",
     )
     parser.add_argument(
-        "part", choices=_PARTS, help="; ".join(f"{part}: {meaning}" for part, meaning in _PARTS.items())
+        "part",
+        metavar="|".join(_PARTS),
+        choices=_PARTS,
+        help="; ".join(f"{part}: {meaning}" for part, meaning in _PARTS.items()),
     )
     parser.add_argument("--remove", action="store_true", help="remove it (not ros2)")
     parser.add_argument(

@@ -82,7 +82,8 @@ def kind_of(
     if suffix == ".mp4":
         return _movie_kind(codec or RecordingKind.H264.value, lossless=lossless)
     if codec is not None or lossless:
-        raise UsageError(f"codec and lossless are for a movie (.mp4), not for {path.name}")
+        given = f"codec {codec}" if codec is not None else "lossless"
+        raise UsageError(f"{given} is for a movie (.mp4), not for {path.name}")
     if suffix in _BY_SUFFIX:
         return _BY_SUFFIX[suffix]
     return RecordingKind.TIFF if tiff else RecordingKind.PNG

@@ -24,7 +24,9 @@ _SIMULATED = Path(__file__).parents[1] / "driver" / "sim" / "camera.xml"
 _LISTED = re.compile(r"<pFeature>(\w+)</pFeature>")
 _CATEGORY = re.compile(r'<Category Name="(\w+)"')
 _ENUMERATION = re.compile(r'<Enumeration Name="(\w+)".*?</Enumeration>', re.DOTALL)
+_BOOLEAN = re.compile(r'<Boolean Name="(\w+)"')
 _ENTRY = re.compile(r'<EnumEntry Name="(\w+)"')
+_SWITCH = ("true", "false")
 _MOST_CAMERAS = 20
 """Cameras whose features are kept; those seen longest ago are dropped."""
 
@@ -113,14 +115,15 @@ def simulated_features() -> list[str]:
 
 
 def simulated_values() -> dict[str, list[str]]:
-    """Return the entries of the simulated camera's enumerations, by name."""
+    """Return the entries of the simulated camera's enumerations, and the values of its switches, by name."""
     description = _SIMULATED.read_text("utf-8")
-    return {found[1]: _ENTRY.findall(found[0]) for found in _ENUMERATION.finditer(description)}
+    entries = {found[1]: _ENTRY.findall(found[0]) for found in _ENUMERATION.finditer(description)}
+    return entries | {name: [*_SWITCH] for name in _BOOLEAN.findall(description)}
 
 
 def _few_values(feature: Feature) -> Iterable[str]:
     if feature.kind is FeatureKind.BOOLEAN:
-        return ("true", "false")
+        return _SWITCH
     return (entry.name for entry in feature.entries if entry.available)
 
 

@@ -217,8 +217,8 @@ def test_options_choose_among_movies_and_folders(name, options, kind):
         ("a.mp4", {"codec": "vp9"}, "'vp9' is no codec of a movie; there are h264, ffv1"),
         ("a.mp4", {"tiff": True}, "tiff is for a folder of images, not for a.mp4"),
         ("a.mcap", {"tiff": True}, "tiff is for a folder of images, not for a.mcap"),
-        ("a.mcap", {"lossless": True}, "codec and lossless are for a movie (.mp4), not for a.mcap"),
-        ("a", {"codec": "ffv1"}, "codec and lossless are for a movie (.mp4), not for a"),
+        ("a.mcap", {"lossless": True}, "lossless is for a movie (.mp4), not for a.mcap"),
+        ("a", {"codec": "ffv1"}, "codec ffv1 is for a movie (.mp4), not for a"),
     ],
 )
 def test_options_of_another_kind_are_refused(name, options, problem):

@@ -23,6 +23,7 @@ from grabbergui.core.errors import (
     TransportError,
     UsageError,
 )
+from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.gige.bootstrap import (
     GVCP_PORT,
     BootstrapRegister,
@@ -218,11 +219,14 @@ def forget_address(device: GigeDevice) -> IpConfiguration:
 
 def check_addresses(ip: str, mask: str, gateway: str = NONE) -> None:
     """Raise UsageError unless a camera can have this address, mask and gateway."""
+    for what, text in (("address", ip), ("gateway", gateway)):
+        if not is_ip_address(text):
+            raise UsageError(f"'{text}' is no {what}; write four numbers, as in 192.168.0.10")
+    router = ipaddress.IPv4Address(gateway)
     try:
         interface = ipaddress.IPv4Interface(f"{ip}/{mask}")
-        router = ipaddress.IPv4Address(gateway)
     except ValueError as error:
-        raise UsageError(f"{error}; write e.g. 192.168.0.10 255.255.255.0") from error
+        raise UsageError(f"{mask} is no subnet mask; write e.g. 255.255.255.0") from error
     if mask != str(interface.netmask):  # a prefix length, or a mask with all bits inverted
         raise UsageError(f"{mask} is no subnet mask; write e.g. 255.255.255.0")
     network = interface.network
