@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+# PyQt5 has no wheels for other Linux computers than x86-64; there the window uses Debian's.
+SYSTEM_QT := $(if $(filter Linux-x86_64 Darwin-%,$(shell uname -s)-$(shell uname -m)),,--system-site-packages)
 
 .PHONY: setup setup-ros2 setup-servo run test test-without-guests coverage mutants lint types pyright bench fuzz docs screenshots translations deb test-deb clean
 
@@ -10,7 +12,7 @@ setup: $(STAMP)
 
 $(STAMP): pyproject.toml scripts/system-packages
 	scripts/system-packages window
-	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv $(VENV)  # also one that was interrupted
+	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv $(SYSTEM_QT) $(VENV)  # also one that was interrupted
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --upgrade pip
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]'
 	$(BIN)/python -m compileall -q -j 0 grabbergui  # or the first start does it, or each: PYTHONDONTWRITEBYTECODE

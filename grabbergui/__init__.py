@@ -216,7 +216,12 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module 'grabbergui' has no attribute '{name}'")
-    value: object = getattr(importlib.import_module(f"grabbergui.{_HOMES[name]}"), name)
+    try:
+        value: object = getattr(importlib.import_module(f"grabbergui.{_HOMES[name]}"), name)
+    except ImportError as error:
+        from grabbergui.core.missing_packages import explained
+
+        raise ImportError(f"grabbergui.{name}: {explained(error)}", name=error.name) from error
     globals()[name] = value
     return value
 

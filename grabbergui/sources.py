@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import logging
+import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from enum import Enum
@@ -15,6 +16,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError, UsageError
+from grabbergui.core.missing_packages import explained
 from grabbergui.core.uri import (
     DescriptionOption,
     GigeUriOptions,
@@ -77,6 +79,8 @@ _MODULES: dict[str, str] = {
     SourceKind.RIG: "grabbergui.rig.source",
 }
 """The module of each kind, with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
+
+_LINUX_ONLY = (SourceKind.V4L2,)
 
 _OPTIONS: dict[SourceKind, type[Any]] = {
     SourceKind.SIM: SimulatedOptions,
@@ -214,10 +218,12 @@ def _discover(scheme: str, timeout: float) -> list[DeviceInfo]:
 
 
 def _load(scheme: str) -> ModuleType:
+    if scheme in _LINUX_ONLY and sys.platform != "linux":
+        raise SourceUnavailableError(f"{scheme}: sources exist on Linux only, and this is {sys.platform}")
     try:
         return importlib.import_module(_MODULES[scheme])
     except ImportError as error:
-        raise SourceUnavailableError(f"{scheme}: sources need a package that is missing: {error}") from error
+        raise SourceUnavailableError(f"{scheme}: sources cannot be used: {explained(error)}") from error
     except Exception as error:
         log.info("loading %s", _MODULES[scheme], exc_info=True)
         raise SourceUnavailableError(

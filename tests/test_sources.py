@@ -11,7 +11,7 @@ from grabbergui.core.errors import SourceUnavailableError
     [
         (
             "import no_such_package_anywhere",
-            r"v4l2: sources need a package that is missing: .*no_such_package",
+            r"v4l2: sources cannot be used: the package no_such_package",
         ),
         ("None.attribute", r"v4l2: .* installed but broken \(AttributeError: .*install grabbergui again"),
         (

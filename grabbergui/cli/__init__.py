@@ -29,7 +29,8 @@ from grabbergui.cli.process import (
     set_up_log,
     spell_out,
 )
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
+from grabbergui.core.missing_packages import explained
 from grabbergui.core.uri import is_ip_address
 from grabbergui.core.visible_text import print_json, print_line
 
@@ -104,6 +105,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     except (GrabberError, OSError) as error:
         return _report(error, as_json="--json" in arguments)
+    except ImportError as error:
+        problem = SourceUnavailableError(f"this command cannot run: {explained(error)}")
+        return _report(problem, as_json="--json" in arguments)
     except KeyboardInterrupt as interrupt:
         return 128 + interrupt.number if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
 

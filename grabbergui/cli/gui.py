@@ -12,6 +12,7 @@ from grabbergui import sources
 from grabbergui.cli.arguments import add_source, opened, wait_time
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import MissingFileError, SourceUnavailableError
+from grabbergui.core.missing_packages import explained
 from grabbergui.core.uri import SourceUri
 
 
@@ -84,7 +85,7 @@ def importing_window(otherwise: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        raise SourceUnavailableError(f"the window needs PyQt5, {otherwise}: {error}") from error
+        raise SourceUnavailableError(f"the window needs PyQt5, {otherwise}: {explained(error)}") from error
 
 
 def _settings_file(uri: SourceUri) -> Path | None:

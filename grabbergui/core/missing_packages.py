@@ -11,7 +11,7 @@ import re
 import sys
 from pathlib import Path
 
-from grabbergui.core.environment import shell_words
+from grabbergui.core.shell_words import shell_line
 
 _LIBRARY = re.compile(r"(lib[\w.+-]+?\.so(?:\.[\d.]+)?|[\w.+-]+\.(?:dll|dylib))\b")
 _DEBIAN = {
@@ -46,12 +46,15 @@ def explained(error: ImportError) -> str:
     module = (error.name or "").partition(".")[0]
     library = _LIBRARY.search(str(error))
     if library is not None and "undefined symbol" not in str(error):
-        who = f"{module} needs" if module else "there is no"
-        return f"{who} the system's library {library[1]}: {_library_remedy(library[1])}"
+        who = f", which {module} needs," if module else ""
+        return f"the system's library {library[1]}{who} is missing: {_library_remedy(library[1])}"
     if isinstance(error, ModuleNotFoundError) and module:
         return f"the package {module} is not installed: {install_command(module)}"
-    what = f"the package {module or 'named here'} is installed, but cannot be loaded ({' '.join(str(error).split())})"
-    return f"{what}: install grabbergui again in a new environment"
+    why = " ".join(str(error).split())
+    return (
+        f"the package {module or 'in question'} is installed, but cannot be loaded ({why}):"
+        " install grabbergui again in a new environment"
+    )
 
 
 def install_command(module: str) -> str:
@@ -59,7 +62,7 @@ def install_command(module: str) -> str:
     if module == WINDOW and not window_has_wheels():
         return _system_window()
     name = _DISTRIBUTIONS.get(module, module)
-    return shell_words([sys.executable, "-m", "pip", "install", name])
+    return shell_line([sys.executable, "-m", "pip", "install", name])
 
 
 def window_has_wheels() -> bool:
@@ -72,8 +75,9 @@ def _system_window() -> str:
     install = "sudo apt-get install python3-pyqt5"
     if sys.prefix == sys.base_prefix:
         return install
-    python = shell_words([Path(sys.base_exec_prefix, "bin", f"python3.{sys.version_info[1]}"), "-m", "venv"])
-    return f"{install} && {python} --system-site-packages --upgrade {shell_words([sys.prefix])}"
+    python = Path(sys.base_exec_prefix, "bin", f"python3.{sys.version_info[1]}")
+    make = shell_line([str(python), "-m", "venv", "--system-site-packages", "--upgrade", sys.prefix])
+    return f"{install} && {make}"
 
 
 def _library_remedy(library: str) -> str:

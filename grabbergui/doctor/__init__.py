@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from grabbergui.core.shared_folder import MEMORY
 from grabbergui.doctor.findings import Finding
 from grabbergui.doctor.gige import check_network
+from grabbergui.doctor.packages import check_packages
 from grabbergui.doctor.software import check_software, shared_memory
 from grabbergui.doctor.usb import check_usb
 from grabbergui.doctor.webcams import check_webcams
@@ -17,6 +18,7 @@ from grabbergui.doctor.webcams import check_webcams
 
 def check() -> Iterator[Finding]:
     """All checks."""
+    yield from check_packages()
     yield from check_network()
     yield from check_usb()
     yield from check_webcams()

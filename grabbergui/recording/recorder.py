@@ -27,6 +27,7 @@ from grabbergui.core.frame_period import frame_rate
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.missing_packages import explained
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.recording.errors import DiskFullError, RecordingError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.kinds import RecordingKind
@@ -279,7 +280,7 @@ def create_writer(
 
         return MovieWriter(path, kind, rate)
     except ImportError as error:
-        raise RecordingError(f"recording {path.name} needs the package {error.name}: {error}") from error
+        raise RecordingError(f"{path.name} cannot be recorded: {explained(error)}") from error
     except OSError as error:
         # The file may also be a movie's notes, left from a recording that was removed.
         file = error.filename or path
