@@ -21,6 +21,7 @@ from grabbergui.net.readers import Reader
 from grabbergui.net.ros2.component_topics import ComponentTopics
 from grabbergui.net.ros2.compressed_topics import CompressedTopics
 from grabbergui.net.ros2.image_messages import fill_camera_info
+from grabbergui.net.ros2.image_metadata import FrameMetadata
 from grabbergui.net.ros2.image_writer import ImageWriter
 from grabbergui.net.ros2.runtime import quality_of_service
 
@@ -42,6 +43,7 @@ class ImagePublisher:
 
     def __init__(self, node: Any, grabber: FrameGrabber, qos: str, calibration: FittedCalibration) -> None:
         """`calibration` is adapted to each image and sent with it."""
+        from diagnostic_msgs.msg import DiagnosticArray
         from sensor_msgs.msg import CameraInfo, Image
 
         self._calibration = calibration
@@ -91,6 +93,10 @@ class ImagePublisher:
         )
         info = _unless_remapped(node, "~/camera_info", f"{place}/camera_info")
         self._info = publisher(CameraInfo, info, latched=True)
+        metadata = _unless_remapped(node, "~/image_raw/metadata", f"{raw}/metadata")
+        self._metadata = publisher(DiagnosticArray, metadata)
+        self._described = FrameMetadata(grabber)
+        self._title = node.get_fully_qualified_name()
         self._info_sent: object = None
         "What the last camera_info was about; a subscriber may come when no frame does."
         self._components = ComponentTopics(
@@ -112,6 +118,7 @@ class ImagePublisher:
         """End the threads. May be called twice."""
         self._sink.stop()
         self._components.stop()
+        self._described.close()
 
     def _publish(self, frame: Frame) -> bool:
         """Publish a frame; return whether anybody subscribes."""
@@ -136,7 +143,12 @@ class ImagePublisher:
             message = self._camera_info(frame)
             _fill(message.header, stamp, frame_id)
             self._info.publish(message)
-        return bool(wanted) or informed or self._compressed.wanted
+        described = bool(self._metadata.get_subscription_count())
+        if described:
+            message = self._described.message(frame, self._title)
+            _fill(message.header, stamp, frame_id)
+            self._metadata.publish(message)
+        return bool(wanted) or informed or described or self._compressed.wanted
 
     def _count(self, publisher: Any, size: int) -> None:
         images, total = self._traffic.get(publisher.topic_name, (0, 0))

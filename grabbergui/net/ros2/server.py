@@ -19,6 +19,7 @@ from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.requirements import require_ros2
 from grabbergui.net.ros2.rosout import RosoutHandler
 from grabbergui.net.ros2.runtime import Ros2Node, check_frame_id, full_name, sendable
+from grabbergui.net.ros2.standard_services import StandardServices
 from grabbergui.net.tree import Terminal, no_terminal
 
 log = logging.getLogger(__name__)
@@ -81,6 +82,8 @@ class Ros2GrabberServer:
             self._find_calibration()
             # Images last: a client that sees the topic then finds the services, too.
             self._services = GrabberServices(node, grabber, terminal)
+            if not read_only:
+                StandardServices(node, grabber)
             self._parameters = FeatureParameters(node, grabber, read_only=read_only)
             node.create_service(SetCameraInfo, "~/set_camera_info", self._on_set_camera_info)
             Diagnostics(node, grabber, self._counters)

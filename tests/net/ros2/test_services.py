@@ -10,11 +10,14 @@ pytest.importorskip("grabber_interfaces", reason="the interface package is not b
 pytestmark = pytest.mark.ros2
 
 from grabber_interfaces import srv  # noqa: E402
-from ros2_peers import Probe  # noqa: E402
+from ros2_peers import Probe, until  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
+from grabbergui.core.settings import SettingKey  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.terminal import remote_terminal  # noqa: E402
+from patience import PATIENCE  # noqa: E402
 from second_writer import BALANCE, OTHERS, others_stay, ratio  # noqa: E402
 
 WHITE_BALANCE, GAIN, TRIGGER, FRAME_RATE = 3, 8, 12, 15
@@ -205,3 +208,77 @@ def test_the_answer_is_of_the_instance_that_was_written(call, camera, monkeypatc
     others.join()
     assert (answer.success, answer.value) == (True, 2.5)
     assert camera.feature("BalanceRatio").value == OTHERS["Blue"]
+
+
+# -- std_srvs ----------------------------------------------------------------------------------------
+def test_the_stream_stops_and_starts(probe, camera):
+    assert probe.call(Trigger, "/cam/stop").success
+    assert not camera.streaming
+    assert probe.call(Trigger, "/cam/start").success
+    assert camera.streaming
+
+
+def test_a_trigger_gives_one_image(probe, camera):
+    from sensor_msgs.msg import Image
+
+    camera.write_setting(SettingKey("TriggerMode", (("TriggerSelector", "FrameStart"),)), "On")
+    camera.write_setting(SettingKey("TriggerSource", (("TriggerSelector", "FrameStart"),)), "Software")
+    try:
+        images = probe.subscribe(Image, "/cam/image_raw")
+        until(lambda: probe.call(Trigger, "/cam/trigger").success and images.qsize() >= 3)
+    finally:
+        camera.write_setting(SettingKey("TriggerMode", (("TriggerSelector", "FrameStart"),)), "Off")
+
+
+@pytest.mark.parametrize(
+    ("service", "mode"),
+    [
+        ("exposure_once", "ExposureAuto"),
+        ("gain_once", "GainAuto"),
+        ("white_balance_once", "BalanceWhiteAuto"),
+    ],
+)
+def test_one_push_regulates_once(probe, camera, service, mode):
+    camera.write_feature(mode, "Continuous")
+    assert probe.call(Trigger, f"/cam/{service}").success
+    assert camera.feature(mode).value in ("Once", "Off")
+
+
+def test_user_sets_are_saved_and_loaded_though_the_camera_streams(probe, camera):
+    before = camera.feature("Gain").value
+    camera.write_feature("Gain", 7)
+    assert probe.call(Trigger, "/cam/user_sets/UserSet1/save").success
+    camera.write_feature("Gain", 1)
+    assert probe.call(Trigger, "/cam/user_sets/UserSet1/load").success
+    assert camera.feature("Gain").value == 7 and camera.streaming
+    offered = dict(probe.node.get_service_names_and_types())
+    assert "/cam/user_sets/Default/load" in offered and "/cam/user_sets/Default/save" not in offered
+    camera.write_feature("Gain", before)
+
+
+def test_metadata_have_the_stamp_of_their_image(probe, camera):
+    from diagnostic_msgs.msg import DiagnosticArray
+    from sensor_msgs.msg import Image
+
+    camera.write_feature("ChunkModeActive", True)
+    camera.write_feature("ExposureTime", 1234)
+    images = probe.subscribe(Image, "/cam/image_raw")
+    metadata = probe.subscribe(DiagnosticArray, "/cam/image_raw/metadata")
+
+    def described():
+        message = metadata.get(timeout=PATIENCE)
+        values = {pair.key: pair.value for pair in message.status[0].values}
+        return values.get("ChunkExposureTime") == "1234" and (message.header, values)
+
+    header, values = until(described)
+    assert values["ExposureTime"] == "1234 us" and values["DeviceTemperature"].endswith(" C")
+    assert int(values["FrameID"]) > 0 and header.frame_id == "camera"
+    stamps = {(header.stamp.sec, header.stamp.nanosec)}
+
+    def joined():
+        stamp = metadata.get(timeout=PATIENCE).header.stamp
+        stamps.add((stamp.sec, stamp.nanosec))
+        stamp = images.get(timeout=PATIENCE).header.stamp
+        return (stamp.sec, stamp.nanosec) in stamps
+
+    until(joined)
