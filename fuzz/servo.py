@@ -5,6 +5,7 @@ from __future__ import annotations
 from fuzz._input import Input, refusing
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.servo.robots import teo_messages
+from grabbergui.servo.robots.cartesian_messages import read_cartesian_command, read_status
 
 
 def seeds() -> list[bytes]:
@@ -19,5 +20,5 @@ def one_input(data: bytes) -> None:
     if bottle is not None:
         refusing(teo_messages.read_board_command, bottle, 6)
         refusing(teo_messages.read_encoders, bottle, 6)
-        refusing(teo_messages.read_status, bottle)
-        refusing(teo_messages.read_cartesian_command, bottle, "movl")
+        refusing(read_status, bottle)
+        refusing(read_cartesian_command, bottle, "movl")

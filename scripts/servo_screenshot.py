@@ -22,7 +22,8 @@ from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
-from grabbergui.servo.hand_eye.stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.hand_eye.simulated_cameras import SimulatedCameras
+from grabbergui.servo.hand_eye.stand import HandEyeStand
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.ui.hand_eye_controller import HandEyeController

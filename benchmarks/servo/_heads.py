@@ -59,7 +59,7 @@ def drawn_face() -> Face:
 
 def photographed_faces(folder: Path) -> Iterator[Face]:
     """Return the largest face of each photograph in a folder, as YuNet's model, if installed, finds it."""
-    from grabbergui.servo.detection import installed_model
+    from grabbergui.servo.face_detectors import installed_model
 
     model = installed_model()
     if model is None:

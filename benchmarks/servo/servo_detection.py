@@ -25,7 +25,8 @@ from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.scheduling import single_threaded
 from grabbergui.driver.sim import rendered_world as world
-from grabbergui.servo.detection import CascadeFaceDetector, FaceDetector, YuNetFaceDetector, installed_model
+from grabbergui.servo.detection import FaceDetector
+from grabbergui.servo.face_detectors import CascadeFaceDetector, YuNetFaceDetector, installed_model
 
 SIZES = (("640×480", 640, 480), ("1080p", 1920, 1080), ("8.8 MP", 4096, 2160))
 DICTIONARY, FIRST_ID, MARKERS = "4X4_50", 15, 6

@@ -31,7 +31,9 @@ from grabbergui.driver.sim.rendered_scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.detection import Detector, FaceSearch, Sighting, face_detector, marker_detector
+from grabbergui.servo.detection import Detector, Sighting, marker_detector
+from grabbergui.servo.face_detectors import face_detector
+from grabbergui.servo.face_search import FaceSearch
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.loop import ControlCycle, ServoLoop

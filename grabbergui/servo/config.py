@@ -22,7 +22,7 @@ from grabbergui.calibration.markers import check_marker
 from grabbergui.config.ini_files import parse_ini, read_ini
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import UsageError
-from grabbergui.servo.kinematics import parse_boxes
+from grabbergui.servo.clearance import parse_boxes
 
 _NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
 "The workspace's limits, each low one before its high one; no other number may be negative."

@@ -23,7 +23,7 @@ from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.servo.config import Config
 from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.guardian_link import ALLOWED, Guard, LocalGuard, Verdict
-from grabbergui.servo.motion import DRIVES_S, STOPPING_S, Observer, Plan, Space, limits_of, planned
+from grabbergui.servo.motion import DRIVES_S, STOPPING_S, MotionPlan, Observer, Space, limits_of, planned
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
 log = logging.getLogger(__name__)
@@ -324,7 +324,6 @@ class CommandGate:
             if not self._robot.stop():
                 self._guard.stop()  # over its own connections
 
-    # -- limits ----------------------------------------------------------------------------------
     def obstruction(self, arm: Vector) -> str:
         """Return why the arm must not rest at joint angles (radians), as display text; empty if it may."""
         return self._space.refused(arm)
@@ -348,7 +347,7 @@ class CommandGate:
         self._joints = self._joints + (plan.joints - self._joints) * (1 - math.exp(-elapsed / DRIVES_S))
         return replace(command, head=head, head_step=step, hand=plan.twist), plan.joints
 
-    def _planned(self, hand: Vector, state: RobotState | None, now: float) -> Plan:
+    def _planned(self, hand: Vector, state: RobotState | None, now: float) -> MotionPlan:
         if state is None:
             return self._still("the robot has not reported where its hand is")
         if not state.sound:
@@ -359,5 +358,5 @@ class CommandGate:
         arm = self._robot.model.arm
         return planned(arm, self._space, self._limits, state.arm, hand, age, self._joints)
 
-    def _still(self, reason: str = "") -> Plan:
-        return Plan(np.zeros(6), np.zeros_like(self._robot.model.arm.low), reason)
+    def _still(self, reason: str = "") -> MotionPlan:
+        return MotionPlan(np.zeros(6), np.zeros_like(self._robot.model.arm.low), reason)

@@ -15,7 +15,7 @@ Both directions carry lines of JSON. From the servo program, on standard input:
 - `{"stop": 3}`: stop now; numbered, so that the guardian can report when it is done;
 - `{"quit": true}`: the robot is at rest, end.
 
-To the program, on standard output: a `Report` after every line and every stop.
+To the program, on standard output: a `GuardianReport` after every line and every stop.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from grabbergui.servo.monitor import Monitor, Observation
 KINDS = {
     "yarp stream": "grabbergui.servo.guardian_yarp:FastTcpChannel",
     "yarp request": "grabbergui.servo.guardian_yarp:RequestChannel",
-    "tiago": "grabbergui.servo.robots.tiago_ros2:TiagoChannel",
+    "tiago": "grabbergui.servo.robots.tiago_channel:TiagoChannel",
 }
 """Classes of channels, imported on demand."""
 
@@ -78,7 +78,7 @@ class Channel(ABC):
 
 
 @dataclass(frozen=True)
-class Report:
+class GuardianReport:
     """State of the guardian."""
 
     stops: int = 0
@@ -273,7 +273,7 @@ class Guardian:
             self._ready = True
             if refused := "; ".join(filter(None, (run_first(), lock_memory()))):
                 _say(f"a stop may come late on a busy machine: {refused}")
-        report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, vigil.fault, stopping)
+        report = GuardianReport(vigil.stops, vigil.why, problem, vigil.asked_for, vigil.fault, stopping)
         with suppress(OSError):  # the program has ended: the next read reports it
             os.write(self._reports, to_json(asdict(report)).encode() + b"\n")
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.json_text import to_json
-from grabbergui.servo.guardian import Report
+from grabbergui.servo.guardian import GuardianReport
 from grabbergui.servo.monitor import Monitor, Observation
 
 log = logging.getLogger(__name__)
@@ -106,7 +106,7 @@ class GuardianLink(Guard):
         self._lock = threading.Lock()
         self._renewing = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
-        self._report = Report()
+        self._report = GuardianReport()
         self._rest = b""
         self._failure = ""
         self._hung = False
@@ -136,7 +136,7 @@ class GuardianLink(Guard):
                 )
             except OSError as error:
                 raise SourceUnavailableError(f"the guardian cannot be started: {error}") from error
-            self._report, self._rest, self._failure, self._hung = Report(), b"", "", False
+            self._report, self._rest, self._failure, self._hung = GuardianReport(), b"", "", False
             self._stops = self._asked = 0
             for pipe in self._pipes():
                 os.set_blocking(pipe, False)
@@ -195,7 +195,6 @@ class GuardianLink(Guard):
             self._failure = self._failure or "the guardian was closed"
         self._end()
 
-    # -- the pipes -------------------------------------------------------------------------------
     def _judged(self, now: float, gap: float) -> Verdict:
         report = self._report
         if gap > DEAF_S:
@@ -233,7 +232,7 @@ class GuardianLink(Guard):
         if not whole:
             return
         try:
-            self._report, self._answered = Report(**json.loads(whole[-1])), now
+            self._report, self._answered = GuardianReport(**json.loads(whole[-1])), now
         except (ValueError, TypeError) as error:
             self._failure = f"the guardian (process {self.pid}) sent {whole[-1][:60]!r}: {error}"
 

@@ -11,9 +11,11 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
+from grabbergui.servo.progress_watch import ProgressWatch
 from grabbergui.servo.robots.robot import ARM, HEAD, JointHistory, Robot, RobotState
-from grabbergui.servo.state_machine import ProgressWatch, Situation, State, StateMachine
-from grabbergui.servo.tracking import FaceTrack, MarkerTrack, TargetMotion
+from grabbergui.servo.state_machine import Situation, State, StateMachine
+from grabbergui.servo.target_motion import TargetMotion
+from grabbergui.servo.tracking import FaceTrack, MarkerTrack
 
 RESPONSE_S = 0.04
 "Seconds that drives take to follow a command: the loop sends the velocity that the marker will have by then."

@@ -13,18 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector, diff
+from grabbergui.servo.clearance import FREE, Body, Box, Clearance, nearest_box, parse_boxes
 from grabbergui.servo.config import Config
-from grabbergui.servo.kinematics import (
-    AT_LIMIT,
-    FREE,
-    LEVER,
-    Body,
-    Box,
-    Chain,
-    Clearance,
-    nearest_box,
-    parse_boxes,
-)
+from grabbergui.servo.kinematics import AT_LIMIT, LEVER, Chain
 from grabbergui.servo.monitor import Observation, SpeedLimits
 from grabbergui.servo.robots.robot import KinematicModel, RobotState
 
@@ -44,7 +35,7 @@ SAME = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class MotionPlan:
     """A motion of the hand within the limits."""
 
     twist: Vector
@@ -124,8 +115,14 @@ def limits_text(model: KinematicModel, config: Config) -> str:
 
 
 def planned(
-    arm: Chain, space: Space, limits: SpeedLimits, angles: Vector, wanted: Vector, age: float, before: Vector
-) -> Plan:
+    arm: Chain,
+    space: Space,
+    limits: SpeedLimits,
+    angles: Vector,
+    wanted: Vector,
+    age: float,
+    before: Vector,
+) -> MotionPlan:
     """Return the motion nearest to a twist that stays within all limits until it can have been stopped.
 
     `angles` are the arm's joints as they were read `age` seconds ago; `before` are the velocities that
@@ -152,9 +149,9 @@ def planned(
         share = slower / excess
         why = space.refused(arm.clamped(here + joints * share * (STOPPING_S + age)), here)
         if not why:
-            return Plan(twist * share, joints * share, reason)
+            return MotionPlan(twist * share, joints * share, reason)
         reason = reason or why
-    return Plan(np.zeros(6), np.zeros_like(here), reason)
+    return MotionPlan(np.zeros(6), np.zeros_like(here), reason)
 
 
 def _size(twist: Vector) -> float:

@@ -15,18 +15,17 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim import rendered_world as world
 from grabbergui.driver.sim.rendered_scene import at
-from grabbergui.servo import detection
+from grabbergui.servo import face_detectors, face_search
 from grabbergui.servo.config import Config
-from grabbergui.servo.detection import (
-    MISSES,
+from grabbergui.servo.detection import Detector, FaceDetection, Sighting
+from grabbergui.servo.face_detectors import (
+    MODEL_FILE,
     CascadeFaceDetector,
-    Detector,
-    FaceDetection,
-    FaceSearch,
-    Sighting,
     YuNetFaceDetector,
     face_detector,
+    installed_model,
 )
+from grabbergui.servo.face_search import MISSES, FaceSearch
 from patience import until
 
 SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
@@ -196,7 +195,7 @@ def test_markers_of_other_dictionaries_are_found(dictionary):
 
 # -- faces ---------------------------------------------------------------------------------------
 CALIBRATION = Calibration.from_field_of_view(1920, 1080, 60)
-needs_model = pytest.mark.skipif(detection.installed_model() is None, reason="needs the extra faces")
+needs_model = pytest.mark.skipif(installed_model() is None, reason="needs the extra faces")
 
 
 def test_a_model_file_that_is_none_is_refused(tmp_path):
@@ -215,8 +214,8 @@ def test_a_configuration_names_a_detector_that_exists(tmp_path):
 
 
 def test_without_the_model_the_cascade_searches(monkeypatch):
-    monkeypatch.setattr(detection, "MODEL_PACKAGE", "no_such_package")
-    assert detection.installed_model() is None
+    monkeypatch.setattr(face_detectors, "MODEL_PACKAGE", "no_such_package")
+    assert installed_model() is None
     assert isinstance(face_detector(CALIBRATION), CascadeFaceDetector)
 
 
@@ -225,10 +224,10 @@ def test_the_package_of_the_model_is_not_imported(monkeypatch, tmp_path):
     folder.mkdir()
     (folder / "__init__.py").write_text("raise RuntimeError('imported')")
     monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(detection, "MODEL_PACKAGE", folder.name)
-    assert detection.installed_model() is None, "it has no model yet"
-    (folder / detection.MODEL_FILE).write_bytes(b"a model")
-    assert detection.installed_model() == folder / detection.MODEL_FILE
+    monkeypatch.setattr(face_detectors, "MODEL_PACKAGE", folder.name)
+    assert installed_model() is None, "it has no model yet"
+    (folder / MODEL_FILE).write_bytes(b"a model")
+    assert installed_model() == folder / MODEL_FILE
 
 
 @needs_model
@@ -280,7 +279,7 @@ class Fake:
 
 @pytest.fixture
 def made(monkeypatch):
-    monkeypatch.setattr(detection, "AGAIN_S", 0.0)
+    monkeypatch.setattr(face_search, "AGAIN_S", 0.0)
     near, everywhere = Fake(), Fake(face(300))
     search = FaceSearch(near, everywhere)
     yield search, near, everywhere

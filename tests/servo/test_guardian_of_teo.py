@@ -15,6 +15,7 @@ from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo, teo_messages
+from grabbergui.servo.robots.cartesian_messages import stop_control, twist
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
@@ -73,10 +74,10 @@ def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
     assert {channel["dialect"] for channel in channels} == {dialect.value}
     reported = [Bottle.from_text(channel["stop"]).encode(dialect) for channel in channels]
     assert reported == [
-        teo_messages.twist(np.zeros(6)).encode(dialect),
+        twist(np.zeros(6)).encode(dialect),
         teo_messages.velocity_moves(np.zeros(2), dialect).encode(dialect),
         teo_messages.stop_all(dialect).encode(dialect),
-        teo_messages.stop_control().encode(dialect),
+        stop_control().encode(dialect),
     ]
 
 

@@ -21,10 +21,10 @@ from patience import PROGRAM, TRIES, allowance  # noqa: E402
 
 PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 IN_SHARED_MEMORY = """
-import os, sys
-from grabbergui.core.errors import TransportError
-from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.robots.tiago_ros2 import TiagoChannel
+import os, sys  # noqa: E402
+from grabbergui.core.errors import TransportError  # noqa: E402
+from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
+from grabbergui.servo.robots.tiago_ros2 import TiagoChannel  # noqa: E402
 
 channel = TiagoChannel("/joint_states", head="/head", arm="/arm")
 if sys.argv[1] == "guardian":

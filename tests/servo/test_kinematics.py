@@ -11,10 +11,10 @@ from robots_for_tests import RecordingRobot
 
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
+from grabbergui.servo.clearance import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
 from grabbergui.servo.closed_loop import ClosedLoop
 from grabbergui.servo.config import Config, LoopConfig
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.kinematics import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
 from grabbergui.servo.motion import SLOWER
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
@@ -248,7 +248,7 @@ def test_tiago_s_meshes_never_touch_its_body(clock):
     pinocchio = pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
     pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
     from grabbergui.servo.robots import tiago
-    from grabbergui.servo.robots.tiago import UrdfBody, load_urdf, package_folders
+    from grabbergui.servo.robots.urdf_chain import UrdfBody, load_urdf, package_folders
 
     model = tiago.model()
     assert isinstance(model.body, UrdfBody)

@@ -18,9 +18,10 @@ from grabbergui.core.settings import SettingKey
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.net.yarp.os.values import Dialect
-from grabbergui.servo import detection, runner
+from grabbergui.servo import runner
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
+from grabbergui.servo.face_detectors import CascadeFaceDetector
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots import teo, teo_ports
 from grabbergui.servo.robots.simulated import SimRobot
@@ -246,7 +247,7 @@ def test_the_end_of_a_run_stops_the_robot_at_once_though_a_detection_hangs(camer
 @pytest.mark.parametrize("shape", [(8, 4096), (1, 640), (700, 3)])
 def test_heads_are_looked_for_in_images_of_any_shape(shape):
     height, width = shape
-    finder = detection.CascadeFaceDetector(Calibration.from_field_of_view(width, height))
+    finder = CascadeFaceDetector(Calibration.from_field_of_view(width, height))
     assert finder.detect(np.zeros(shape, np.uint8)) == []
 
 

@@ -13,10 +13,11 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.progress_watch import ProgressWatch
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.state_machine import ProgressWatch, State
+from grabbergui.servo.state_machine import State
 
 DT = 0.02
 REACHABLE = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)

@@ -14,7 +14,8 @@ from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots import teo, teo_messages
-from grabbergui.servo.robots.robot import HAND_SLACK, HEAD_SLACK, leading_hand, leading_head
+from grabbergui.servo.robots.cartesian_messages import read_cartesian_command, streamed_pose
+from grabbergui.servo.robots.leading_target import HAND_SLACK, HEAD_SLACK, leading_hand, leading_head
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
@@ -250,6 +251,6 @@ def test_streamed_commands_are_read_as_they_are_written(dialect):
         assert (read.mode, read.joints) == (mode, [0, 1])
         assert read.values == pytest.approx(angles)
     hand = teo.RIGHT_ARM.forward(teo.HOME)
-    pose = teo_messages.streamed_pose(hand, Vocab("pose")).encode(dialect)
-    vector = teo_messages.read_cartesian_command(Bottle.decode(pose), "pose")
+    pose = streamed_pose(hand, Vocab("pose")).encode(dialect)
+    vector = read_cartesian_command(Bottle.decode(pose), "pose")
     assert geometry.pose_from_vector(vector) == pytest.approx(hand)

@@ -12,7 +12,15 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.events import Message
 from grabbergui.net.yarp.os.inputs import ConnectionInfo, Request
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.robots import teo, teo_messages
+from grabbergui.servo.robots import cartesian_messages, teo, teo_messages
+from grabbergui.servo.robots.cartesian_messages import (
+    NOT_CONTROLLING,
+    TWIST,
+    announce,
+    base_frame,
+    read_status,
+    stop_control,
+)
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_messages import FAIL, OK
@@ -143,16 +151,16 @@ def test_our_requests_are_those_of_a_real_client_of_4():
 def test_a_real_controllers_pose_is_that_of_our_kinematics():
     """KdlSolver had TEO's table and stood where we start."""
     (_, data), *_ = recorded("cartesian_control_312.txt", "S")
-    hand = teo_messages.read_status(Bottle.decode(data))
+    hand = read_status(Bottle.decode(data))
     assert hand == pytest.approx(teo.RIGHT_ARM.forward(np.radians([-20, -5, 0, -80, 0, 20])), abs=1e-9)
 
 
 @pytest.mark.parametrize(
     "request_of_ours",
     [
-        teo_messages.announce(teo_messages.TWIST),
-        teo_messages.base_frame(),
-        teo_messages.stop_control(),
+        announce(TWIST),
+        base_frame(),
+        stop_control(),
     ],
 )
 def test_our_requests_are_those_of_a_real_client(request_of_ours):
@@ -254,14 +262,14 @@ def test_twists_go_along_the_hands_axes_if_so_asked_and_until_a_stop(cartesian, 
     assert request(cartesian, "set cpf cpft") == OK
     assert request(cartesian, "set cpsc twst") == OK
     before = robot.state().hand
-    cartesian._command(asked(teo_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    cartesian._command(asked(cartesian_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 1.0)
     moved = before[:3, :3].T @ (robot.state().hand[:3, 3] - before[:3, 3])
     assert moved == pytest.approx([0, 0, 0.02], abs=2e-3)
     assert request(cartesian, "stop") == OK
     pass_time(clock, cartesian, 0.5)
     rests = robot.state().hand
-    cartesian._command(asked(teo_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    cartesian._command(asked(cartesian_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 0.5)
     assert geometry.distance(robot.state().hand, rests) < 1e-6
 
@@ -272,7 +280,7 @@ def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot
     assert request(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == OK
     assert request(cartesian, "stat") == Vocab("ccjc")
     assert request(cartesian, "wait 0.05") == FAIL
-    assert request(cartesian, "stat") == teo_messages.NOT_CONTROLLING
+    assert request(cartesian, "stat") == NOT_CONTROLLING
 
 
 def test_a_wait_may_be_longer_than_the_system_can_count(cartesian):
@@ -323,7 +331,7 @@ def test_the_whole_arm_stops_where_one_joint_cannot_follow(angles, twist, moves)
 def test_joint_velocities_hold_until_the_next_command(robot, names, clock):
     cartesian = SimulatedCartesian(robot, names, "/arm", kdl=True)
     cartesian.answer(asked(Bottle([Vocab("set"), Vocab("cpsc"), Vocab("twst")]).encode()))
-    cartesian._command(asked(teo_messages.twist(np.array([0.0, 0.0, 0.05, 0, 0, 0])).encode()))
+    cartesian._command(asked(cartesian_messages.twist(np.array([0.0, 0.0, 0.05, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 0.5)
     before = robot.truth().arm
     pass_time(clock, cartesian, 0.5)

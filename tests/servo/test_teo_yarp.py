@@ -28,12 +28,20 @@ from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.publishers import YarpPublisher, markers_bottle
-from grabbergui.servo.robots import teo, teo_messages, teo_yarp
+from grabbergui.servo.robots import cartesian_messages, teo, teo_messages, teo_yarp
+from grabbergui.servo.robots.cartesian_messages import (
+    TWIST,
+    announce,
+    read_cartesian_command,
+    read_status,
+    status,
+    stop_control,
+)
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_ports import SimulatedCartesian, TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+from grabbergui.servo.yarp_publisher import YarpPublisher, markers_bottle
 from patience import PATIENCE, attempts, until
 
 
@@ -53,9 +61,9 @@ def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
     [
         (teo_messages.relative_moves(np.radians([2.0, 0.0])), "[set] [rels] (2.0 0.0)"),
         (teo_messages.control_modes(teo_messages.VELOCITY_MODE, 2), "[set] [icmd] [cmds] ([vel] [vel])"),
-        (teo_messages.announce(teo_messages.TWIST), "[set] [cpsc] [twst]"),
-        (teo_messages.stop_control(), "[stop]"),
-        (teo_messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
+        (announce(TWIST), "[set] [cpsc] [twst]"),
+        (stop_control(), "[stop]"),
+        (cartesian_messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
     ],
 )
 def test_requests_read_as_the_controllers_document_them(message, text):
@@ -68,9 +76,9 @@ def test_what_is_written_is_read():
     assert teo_messages.read_board_command(through, 2).values == pytest.approx(values)
     assert teo_messages.read_encoders(teo_messages.encoders(values), 2) == pytest.approx(values)
     hand = geometry.pose_from_vector([0.3, -0.2, 0.4, 0.5, 1.0, -0.3])
-    assert teo_messages.read_status(teo_messages.status(Vocab("ccnc"), hand, 1.5)) == pytest.approx(hand)
-    assert teo_messages.read_status(teo_messages.status(Vocab("ccnc"), hand, 1.5)[:7]) == pytest.approx(hand)
-    twist = teo_messages.read_cartesian_command(teo_messages.twist(np.arange(6.0)), "twst")
+    assert read_status(status(Vocab("ccnc"), hand, 1.5)) == pytest.approx(hand)
+    assert read_status(status(Vocab("ccnc"), hand, 1.5)[:7]) == pytest.approx(hand)
+    twist = read_cartesian_command(cartesian_messages.twist(np.arange(6.0)), "twst")
     assert twist.tolist() == list(range(6))
 
 
@@ -86,8 +94,8 @@ items = st.recursive(
 @given(st.lists(items, max_size=9))
 def test_no_message_does_worse_than_be_refused(content):
     for read in (
-        teo_messages.read_status,
-        lambda bottle: teo_messages.read_cartesian_command(bottle, "twst"),
+        read_status,
+        lambda bottle: read_cartesian_command(bottle, "twst"),
         lambda bottle: teo_messages.read_encoders(bottle, 2),
         lambda bottle: getattr(teo_messages.read_board_command(bottle, 2), "values", None),
     ):

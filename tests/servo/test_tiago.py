@@ -23,7 +23,7 @@ pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[
 
 from grabbergui.net.ros2.requirements import require_packages  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
-from grabbergui.servo.robots.tiago import UrdfChain, load_urdf  # noqa: E402
+from grabbergui.servo.robots.urdf_chain import UrdfChain, load_urdf  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -220,9 +220,9 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch):
 
 
 def test_without_ros_every_way_to_it_says_what_to_do(model, monkeypatch):
-    from grabbergui.servo.publishers import Ros2Publisher
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
+    from grabbergui.servo.ros2_publisher import Ros2Publisher
 
     monkeypatch.setitem(sys.modules, "rclpy", None)
     for opened in (

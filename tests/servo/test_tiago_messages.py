@@ -12,7 +12,10 @@ from hypothesis import strategies as st
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.servo.robots import tiago_messages as messages
-from grabbergui.servo.robots import tiago_ros2
+from grabbergui.servo.robots.joint_readings import JointReadings
+from grabbergui.servo.robots.joint_trajectory import read_trajectory
+from grabbergui.servo.robots.static_frames import StaticFrames
+from grabbergui.servo.robots.tiago_channel import TiagoChannel
 from grabbergui.servo.robots.tiago_topics import Follower
 
 HEAD = ("head_1_joint", "head_2_joint")
@@ -36,12 +39,12 @@ def joint_state(names, positions, seconds=0):
 
 # -- trajectories --------------------------------------------------------------------------------
 def test_a_trajectory_is_read_in_the_order_of_its_message():
-    read = messages.read_trajectory(trajectory((0.2, 0.1), HEAD[::-1]))
+    read = read_trajectory(trajectory((0.2, 0.1), HEAD[::-1]))
     assert read.joints == HEAD[::-1]
     assert read.points.tolist() == [[0.2, 0.1]]
     assert read.times == (1.5,)
     assert read.start is None
-    assert messages.read_trajectory(trajectory(stamp=(3, 500_000_000))).start == 3.5
+    assert read_trajectory(trajectory(stamp=(3, 500_000_000))).start == 3.5
 
 
 @pytest.mark.parametrize(
@@ -59,9 +62,9 @@ def test_a_trajectory_is_read_in_the_order_of_its_message():
 )
 def test_a_trajectory_that_a_controller_would_refuse_is_refused_and_the_one_before_goes_on(message, reason):
     follower = Follower(HEAD, np.full(2, -1.0), np.full(2, 1.0))
-    follower.accept(messages.read_trajectory(trajectory((0.5, -0.5))), np.zeros(2), 9.0)
+    follower.accept(read_trajectory(trajectory((0.5, -0.5))), np.zeros(2), 9.0)
     with pytest.raises(RemoteProtocolError, match=reason):
-        follower.accept(messages.read_trajectory(message), np.zeros(2), 10.0)
+        follower.accept(read_trajectory(message), np.zeros(2), 10.0)
     assert follower.sample(9.75) == pytest.approx([0.25, -0.25])
 
 
@@ -81,7 +84,7 @@ def test_a_twist_is_read_along_our_axes_only():
 
 # -- joint states --------------------------------------------------------------------------------
 def test_joints_may_come_in_parts_and_count_from_the_oldest():
-    readings = messages.JointReadings(("a", "b", "c"))
+    readings = JointReadings(("a", "b", "c"))
     readings.take(joint_state("bx", (0.2, 9.0)), 1.0)
     assert readings.angles("ab") is None
     assert readings.missing() == ["a", "c"]
@@ -92,7 +95,7 @@ def test_joints_may_come_in_parts_and_count_from_the_oldest():
 
 
 def test_a_message_that_is_sent_again_says_nothing_new():
-    readings = messages.JointReadings("a")
+    readings = JointReadings("a")
     readings.take(joint_state("a", (0.1,), seconds=5), 1.0)
     readings.take(joint_state("a", (0.1,), seconds=5), 2.0)
     readings.take(joint_state("a", (0.7,), seconds=4), 3.0)
@@ -102,7 +105,7 @@ def test_a_message_that_is_sent_again_says_nothing_new():
 
 
 def test_a_clock_that_was_set_back_is_followed_after_half_a_second():
-    readings = messages.JointReadings("a")
+    readings = JointReadings("a")
     for _ in range(2):
         readings.take(joint_state("a", (0.1,), seconds=1000), 0.0)
     for tick in range(1, 11):
@@ -114,7 +117,7 @@ def test_a_clock_that_was_set_back_is_followed_after_half_a_second():
 
 
 def test_of_two_publishers_the_one_whose_clock_is_behind_is_not_believed():
-    readings = messages.JointReadings("a")
+    readings = JointReadings("a")
     for tick in range(20):
         readings.take(joint_state("a", (0.1,), seconds=1000 + tick), 0.1 * tick)
         readings.take(joint_state("a", (0.7,), seconds=10 + tick), 0.1 * tick)
@@ -122,7 +125,7 @@ def test_of_two_publishers_the_one_whose_clock_is_behind_is_not_believed():
 
 
 def test_an_old_message_that_is_repeated_is_not_believed():
-    readings = messages.JointReadings("a")
+    readings = JointReadings("a")
     readings.take(joint_state("a", (0.1,), seconds=1000), 0.0)
     for tick in range(1, 20):
         readings.take(joint_state("a", (0.7,), seconds=10), 0.1 * tick)
@@ -130,7 +133,7 @@ def test_an_old_message_that_is_repeated_is_not_believed():
 
 
 def test_without_stamps_every_message_counts():
-    readings = messages.JointReadings("a")
+    readings = JointReadings("a")
     for now in (1.0, 2.0):
         readings.take(joint_state("a", (now,)), now)
     assert readings.angles("a") == (2.0, [2.0])
@@ -139,10 +142,10 @@ def test_without_stamps_every_message_counts():
 @pytest.mark.parametrize(("age", "sent"), [(0.1, [0.5, 0.5]), (10, None)])
 def test_the_guardian_moves_no_part_to_where_it_was_long_ago(monkeypatch, age, sent):
     stops = {}
-    channel = tiago_ros2.TiagoChannel("/joint_states", head="/head")
+    channel = TiagoChannel("/joint_states", head="/head")
     clock = Message(now=lambda: Message(to_msg=lambda: "now"))
     channel._ros = Message(node=Message(get_clock=lambda: clock))
-    channel._parts = {tiago_ros2.HEAD: Message(stop=lambda angles, stamp: stops.update(angles=angles))}
+    channel._parts = {"head": Message(stop=lambda angles, stamp: stops.update(angles=angles))}
     channel._readings.take(joint_state(["head_1_joint", "head_2_joint"], (0.5, 0.5)), time.monotonic() - age)
 
     channel.stop()
@@ -155,7 +158,7 @@ def test_the_guardian_moves_no_part_to_where_it_was_long_ago(monkeypatch, age, s
     "message", [joint_state("ab", (0.1,)), joint_state("ab", ()), joint_state("ab", (0.1, math.nan))]
 )
 def test_a_joint_state_that_contradicts_itself_is_not_believed(message):
-    readings = messages.JointReadings("b")
+    readings = JointReadings("b")
     with pytest.raises(RemoteProtocolError):
         readings.take(message, 1.0)
     assert readings.angles("b") is None
@@ -165,7 +168,7 @@ def test_a_joint_state_that_contradicts_itself_is_not_believed(message):
     st.lists(st.sampled_from("abcx"), max_size=6), st.lists(st.floats(), max_size=6), st.integers(0, 2**31)
 )
 def test_whatever_comes_what_is_known_is_finite(names, positions, stamp):
-    readings = messages.JointReadings("abc")
+    readings = JointReadings("abc")
     try:
         readings.take(joint_state(names, positions, stamp), 1.0)
     except RemoteProtocolError:
@@ -187,7 +190,7 @@ def transform(parent, child, place=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0, 1.0)):
 
 
 def frames(*transforms):
-    tree = messages.StaticFrames()
+    tree = StaticFrames()
     tree.take(Message(transforms=list(transforms)))
     return tree
 

@@ -18,9 +18,11 @@ from grabbergui.servo.config import ArmConfig, Config, SafetyConfig, TrackConfig
 from grabbergui.servo.control import ArmController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.marker_filter import UNKNOWN, MarkerFilter
 from grabbergui.servo.robots import teo
 from grabbergui.servo.state_machine import State
-from grabbergui.servo.tracking import RESTS_S, UNKNOWN, MarkerFilter, MarkerTrack, TargetMotion
+from grabbergui.servo.target_motion import RESTS_S, TargetMotion
+from grabbergui.servo.tracking import MarkerTrack
 
 SQUARE = np.array([[0.0, 0], [50, 0], [50, 50], [0, 50]])
 FACING = np.diag([1.0, -1.0, -1.0])

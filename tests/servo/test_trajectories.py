@@ -5,14 +5,15 @@ import re
 import numpy as np
 import pytest
 
-from grabbergui.servo.robots.tiago_messages import LEAD, Kind, Stream
-from grabbergui.servo.robots.tiago_parts import TWISTS, Controller, choose
+from grabbergui.servo.robots.joint_trajectory import LEAD, JointStream
+from grabbergui.servo.robots.tiago_choice import TWISTS, Controller, choose
+from grabbergui.servo.robots.tiago_messages import CommandKind
 from grabbergui.servo.robots.tiago_topics import Follower
 
 ARM = tuple(f"arm_{number}_joint" for number in range(1, 8))
 JTC = "joint_trajectory_controller/JointTrajectoryController"
 
-TRAJECTORIES = Kind.TRAJECTORY, "/arm_controller/joint_trajectory"
+TRAJECTORIES = CommandKind.TRAJECTORY, "/arm_controller/joint_trajectory"
 
 
 def controller(name="arm_controller", kind=JTC, state="active", joints=ARM, prefix=""):
@@ -27,13 +28,13 @@ def controller(name="arm_controller", kind=JTC, state="active", joints=ARM, pref
         (
             [controller(), controller("torso_controller", joints=["torso_lift_joint"])],
             {},
-            Kind.TRAJECTORY,
+            CommandKind.TRAJECTORY,
             None,
         ),
         (
             [controller("arm_impedance_controller", prefix="gravity_compensation_controller/")],
             {},
-            Kind.TRAJECTORY,
+            CommandKind.TRAJECTORY,
             "/arm_impedance_controller/joint_trajectory",
         ),
         (
@@ -42,12 +43,12 @@ def controller(name="arm_controller", kind=JTC, state="active", joints=ARM, pref
                 controller("arm_position", "position_controllers/JointGroupPositionController"),
             ],
             {},
-            Kind.POSITION,
+            CommandKind.POSITION,
             "/arm_position/commands",
         ),
-        ([controller()], {TWISTS: 1}, Kind.TWIST, TWISTS),
-        (None, {"/arm_controller/joint_trajectory": 1}, Kind.TRAJECTORY, None),
-        (None, {"/arm_position_controller/commands": 1}, Kind.POSITION, None),
+        ([controller()], {TWISTS: 1}, CommandKind.TWIST, TWISTS),
+        (None, {"/arm_controller/joint_trajectory": 1}, CommandKind.TRAJECTORY, None),
+        (None, {"/arm_position_controller/commands": 1}, CommandKind.POSITION, None),
     ],
 )
 def test_the_arm_is_driven_by_what_is_active(listed, listeners, kind, topic):
@@ -77,7 +78,7 @@ def test_without_an_active_controller_of_just_its_joints_the_reason_is_given(lis
 def lagging(seconds, velocity, period=0.02, lag=0.1):
     """Angles of a drive with a time constant, once every millisecond, that follows a stream."""
     low, high = np.full(1, -2.0), np.full(1, 2.0)
-    stream, follower = Stream(["a"], low, high, 0.2), Follower(["a"], low, high)
+    stream, follower = JointStream(["a"], low, high, 0.2), Follower(["a"], low, high)
     angle, angles = np.zeros(1), []
     for step in range(round(seconds / 0.001)):
         now = 10 + step * 0.001
@@ -107,7 +108,7 @@ def test_a_joint_commanded_to_rest_holds_its_reference():
 
 
 def test_the_reference_of_a_joint_that_is_blocked_does_not_run_away():
-    stream = Stream(["a"], np.full(1, -2.0), np.full(1, 2.0), 0.2)
+    stream = JointStream(["a"], np.full(1, -2.0), np.full(1, 2.0), 0.2)
     blocked = np.zeros(1)
     for step in range(200):
         trajectory = stream.move(np.array([1.0]), blocked, step * 0.02)
@@ -116,7 +117,7 @@ def test_the_reference_of_a_joint_that_is_blocked_does_not_run_away():
 
 
 def test_no_point_lies_beyond_the_limits():
-    stream = Stream(["a"], np.full(1, -0.1), np.full(1, 0.1), 0.2)
+    stream = JointStream(["a"], np.full(1, -0.1), np.full(1, 0.1), 0.2)
     trajectory = stream.move(np.array([5.0]), np.array([0.09]), 0.0)
     assert trajectory.points[-1] == pytest.approx([0.1])
     assert stream.position(np.array([-50.0]), np.array([0.09]), 0.02, 0.02) == pytest.approx([-0.1])

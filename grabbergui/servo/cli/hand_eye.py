@@ -87,7 +87,7 @@ def _hand_eye(options: argparse.Namespace) -> int:
         stack.callback(look.close)
         stack.enter_context(watched(gate))
         run = HandEyeRun(
-            options.eye, scene.robot, gate, look, look.calibration, config, report=_Report().add,
+            options.eye, scene.robot, gate, look, look.calibration, config, report=_ProgressPrinter().add,
             pause=lambda seconds: _pause(seconds, stop, gate),
         )  # fmt: skip
         result = run.run(options.views)
@@ -125,7 +125,7 @@ def _pause(seconds: float, stop: threading.Event, gate: CommandGate) -> None:
         gate.halt("interrupted")
 
 
-class _Report:
+class _ProgressPrinter:
     """Prints the outcomes of a run."""
 
     def __init__(self) -> None:

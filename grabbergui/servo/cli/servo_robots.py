@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from grabbergui.servo.gate import CommandGate
     from grabbergui.servo.guardian_link import GuardianLink
     from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
-    from grabbergui.servo.hand_eye.stand import HandEyeStand, SimulatedCameras
+    from grabbergui.servo.hand_eye.simulated_cameras import SimulatedCameras
+    from grabbergui.servo.hand_eye.stand import HandEyeStand
     from grabbergui.servo.robots.robot import KinematicModel, Robot
     from grabbergui.servo.robots.tiago_ros2 import Topics
     from grabbergui.servo.runner import Runner
@@ -125,13 +126,13 @@ def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> No
     if options.publish:
         from grabbergui.net.yarp.os.name_client import NameClient
         from grabbergui.net.yarp.os.target import check_port_name
-        from grabbergui.servo.publishers import YarpPublisher
+        from grabbergui.servo.yarp_publisher import YarpPublisher
 
         ports = YarpPublisher(runner, NameClient.find(options.nameserver), check_port_name(options.publish))
         ports.open()
         stack.callback(ports.close)
     if options.publish_ros2:
-        from grabbergui.servo.publishers import Ros2Publisher
+        from grabbergui.servo.ros2_publisher import Ros2Publisher
 
         topics = Ros2Publisher(runner, options.publish_ros2, options.camera_frame or "camera")
         topics.open()
@@ -233,7 +234,7 @@ def _simulated(
     from grabbergui.driver.sim.rendered_scene import Things
     from grabbergui.servo import closed_loop
     from grabbergui.servo.control import ArmController
-    from grabbergui.servo.hand_eye.stand import SimulatedCameras
+    from grabbergui.servo.hand_eye.simulated_cameras import SimulatedCameras
     from grabbergui.servo.robots.simulated import SimRobot
 
     eye = getattr(options, "eye", "")
@@ -316,7 +317,7 @@ def _described_urdf(stack: ExitStack) -> Path | None:
     """Write the robot's `/robot_description` to a file, and return that; None if none is published."""
     from grabbergui.net.ros2.requirements import require_packages
     from grabbergui.servo.robots.tiago_messages import PACKAGES
-    from grabbergui.servo.robots.tiago_parts import receive_description
+    from grabbergui.servo.robots.tiago_nodes import receive_description
 
     require_packages(*PACKAGES)
     description = receive_description()

@@ -104,7 +104,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.robots.strangers import Ros2Stranger
-    from grabbergui.servo.robots.tiago_messages import Drive, Kind
+    from grabbergui.servo.robots.tiago_messages import CommandKind, Drive
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
     with ExitStack() as stack, stop_on_signals() as stop:
@@ -126,7 +126,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
         controllers.open()
         stack.callback(controllers.close)
         if robot.faults:
-            kind = Kind.TRAJECTORY if options.stock else Kind.TWIST
+            kind = CommandKind.TRAJECTORY if options.stock else CommandKind.TWIST
             stranger = Ros2Stranger(robot, Drive(kind, controllers.arm_topic), topics.joint_states)
             stranger.start()
             stack.callback(stranger.close)

@@ -174,7 +174,6 @@ class HandEyeRun:
         self._say("computing", Step.COMPUTING)
         return solve(self._arrangement, self._views, self._calibration)
 
-    # -- poses -----------------------------------------------------------------------------------
     def _first_guess(self, start: RobotState, target: Pose) -> Guess:
         if self._eye == "head":
             model, nothing = self._robot.model, np.zeros(0)
@@ -220,7 +219,6 @@ class HandEyeRun:
         self._say(text, Step.KNOWN, known=result.uncertainty)
         return Guess(result.camera, result.target, result.camera_offsets, result.target_offsets)
 
-    # -- one view --------------------------------------------------------------------------------
     def _visit(self, goal: Vector) -> bool:
         """Move to joint angles and take a view; return whether that succeeded."""
         if self._eye != "head" and (why_not := self._gate.obstruction(goal)):

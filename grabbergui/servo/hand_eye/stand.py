@@ -1,8 +1,7 @@
-"""The robot and the camera of a hand–eye calibration, the watch for the target, and the plan of a run."""
+"""The robot and the camera of a hand–eye calibration, and the watch for the target."""
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Callable
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from grabbergui.calibration.calibration_choice import CalibrationFor
-from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
@@ -20,16 +19,14 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.ros2.camera_pose import StaticFrame
-from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import MarkerDetector, Sighting, marker_detector
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.hand_eye import hand_eye_file
 from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
-from grabbergui.servo.hand_eye.run import FIRST_VIEWS, VIEWS
+from grabbergui.servo.hand_eye.run import VIEWS
 from grabbergui.servo.hand_eye.solver import HandEyeResult
-from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, KinematicModel, Robot
-from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.robots.robot import ARM, HEAD, CameraPlace, Robot
 
 FRAME_S = 5.0
 "Seconds to wait for a frame."
@@ -125,7 +122,6 @@ class TargetWatch:
             if not self._news.wait(max(deadline - time.monotonic(), 0)):
                 return
 
-    # -- the watch's thread ----------------------------------------------------------------------
     def _consume(self, frame: Frame) -> bool:
         if not frame.complete:
             return False
@@ -262,73 +258,3 @@ class HandEyeStand:
     def close(self) -> None:
         """Withdraw what was published. May be called twice."""
         self.withdraw()
-
-
-# -- the plan ------------------------------------------------------------------------------------
-_HEAD_MOVE_S, _ARM_MOVE_S, _REST_S = 1.5, 3.5, 1.0
-"Seconds of one move of head or arm at full speed, and of the rest and the detection after it: an estimate."
-
-
-@dataclass(frozen=True)
-class RunPlan:
-    """Limits of the motion of a run, for a person to agree to."""
-
-    eye: str
-    views: int
-    small_moves: int
-    "Of the views, those from moves of at most `SMALL_DEGREES` around the first pose; 0 for a head."
-    fastest: float
-    "Of the head degrees per second, of the hand metres per second."
-    low: tuple[float, ...]
-    "Pan and tilt in degrees, or the workspace's corner in metres."
-    high: tuple[float, ...]
-    clearance: float
-    "Metres that the arm keeps from the body and obstacles; 0 if they are not known, and for a head."
-    seconds: float
-    "Estimated duration."
-
-
-def plan(eye: str, model: KinematicModel, config: Config, views: int) -> RunPlan:
-    """Return the plan of a run."""
-    speed = config.loop.speed
-    if eye == "head":
-        seconds = views * (_HEAD_MOVE_S / speed + _REST_S)
-        limits = (_degrees(model.head.low), _degrees(model.head.high))
-        return RunPlan(eye, views, 0, speed * config.head.fastest, *limits, 0.0, seconds)
-    low, high = config.arm.workspace
-    return RunPlan(
-        eye,
-        views,
-        min(FIRST_VIEWS, views),
-        speed * config.arm.fastest,
-        tuple(low),
-        tuple(high),
-        config.safety.clearance if model.body is not None else 0.0,
-        views * (_ARM_MOVE_S / speed + _REST_S),
-    )
-
-
-def _degrees(radians: Vector) -> tuple[float, ...]:
-    return tuple(math.degrees(angle) for angle in radians)
-
-
-# -- cameras of a simulated robot ----------------------------------------------------------------
-class SimulatedCameras:
-    """Puts the camera of a simulated robot where the eye is to be, with the target before it."""
-
-    def __init__(self, robot: SimRobot) -> None:
-        self._robot = robot
-        self._grabber: FrameGrabber | None = None
-
-    def __call__(self, eye: str, marker: MarkerConfig) -> FrameGrabber:
-        """Return the open camera; the one before is closed."""
-        self.close()
-        self._grabber = closed_loop.hand_eye_camera(self._robot, marker, eye, in_view=True)
-        self._grabber.open()
-        return self._grabber
-
-    def close(self) -> None:
-        """Close the camera. May be called twice."""
-        grabber, self._grabber = self._grabber, None
-        if grabber is not None:
-            grabber.close()

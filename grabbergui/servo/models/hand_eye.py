@@ -28,9 +28,10 @@ from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.hand_eye import hand_eye_file
 from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
+from grabbergui.servo.hand_eye.plan import RunPlan, plan
 from grabbergui.servo.hand_eye.run import VIEWS, HandEyeRun, Progress, Step, watched
 from grabbergui.servo.hand_eye.solver import FEWEST_VIEWS, HandEyeResult
-from grabbergui.servo.hand_eye.stand import HandEyeStand, RunPlan, TargetWatch, plan
+from grabbergui.servo.hand_eye.stand import HandEyeStand, TargetWatch
 from grabbergui.servo.models.hand_eye_text import ended_text, progress_text
 from grabbergui.servo.robots.robot import CameraPlace
 from grabbergui.servo.runner import STOPPED

@@ -10,9 +10,9 @@ from grabbergui.calibration.geometry import Pose
 from grabbergui.models.language import driver_text, localized, translate
 from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.servo.hand_eye.hand_eye_file import CameraMount
+from grabbergui.servo.hand_eye.plan import RunPlan
 from grabbergui.servo.hand_eye.run import SMALL_DEGREES, SPAN_DEGREES, Progress, Skip, Step
 from grabbergui.servo.hand_eye.solver import FEWEST_VIEWS, HandEyeResult
-from grabbergui.servo.hand_eye.stand import RunPlan
 
 
 def plan_text(plan: RunPlan, robot: str, *, nominal: bool = False) -> Markup:

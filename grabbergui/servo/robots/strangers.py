@@ -20,8 +20,10 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.target import Target
 from grabbergui.net.yarp.os.values import Dialect
-from grabbergui.servo.robots import teo_messages, tiago, tiago_messages
+from grabbergui.servo.robots import cartesian_messages, tiago, tiago_messages
+from grabbergui.servo.robots.cartesian_messages import NOT_CONTROLLING
 from grabbergui.servo.robots.faults import STRANGER_PERIOD
+from grabbergui.servo.robots.joint_readings import joint_state
 from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_messages import Drive
@@ -93,11 +95,11 @@ class YarpStranger(Stranger):
 
     @override
     def _command(self, twist: Vector) -> None:
-        self._port("command").write(teo_messages.twist(twist).encode(self._dialect))
+        self._port("command").write(cartesian_messages.twist(twist).encode(self._dialect))
 
     @override
     def _pretend(self, reading: RobotState) -> None:
-        status = teo_messages.status(teo_messages.NOT_CONTROLLING, reading.hand, time.time())
+        status = cartesian_messages.status(NOT_CONTROLLING, reading.hand, time.time())
         self._port("state").write(status.encode(self._dialect))
 
     def _port(self, kind: str) -> OutputPort:
@@ -126,16 +128,16 @@ class Ros2Stranger(Stranger):
 
     @override
     def _command(self, twist: Vector) -> None:
-        from grabbergui.servo.robots.tiago_parts import Part
+        from grabbergui.servo.robots.tiago_parts import DrivenPart
 
         arm, angles = self._robot.model.arm, self._robot.truth().arm
         assert angles is not None
         part = self._publisher(
-            "command", lambda node: Part(node, self._drive, tiago.ARM_JOINTS, arm.low, arm.high)
+            "command", lambda node: DrivenPart(node, self._drive, tiago.ARM_JOINTS, arm.low, arm.high)
         )
         if not part.heard:
             return
-        if self._drive.kind is tiago_messages.Kind.TWIST:
+        if self._drive.kind is tiago_messages.CommandKind.TWIST:
             part.move_hand(twist, self._ros.node.get_clock().now().to_msg())
         else:
             part.move(arm.velocities_for(angles, twist), angles, time.monotonic(), None)
@@ -147,7 +149,7 @@ class Ros2Stranger(Stranger):
         publisher = self._publisher(
             "state", lambda node: node.create_publisher(JointState, self._joint_states, 5)
         )
-        publisher.publish(tiago_messages.joint_state(reading, self._ros.node.get_clock().now().to_msg()))
+        publisher.publish(joint_state(reading, self._ros.node.get_clock().now().to_msg()))
 
     def _publisher(self, kind: str, make: Callable[[Any], Any]) -> Any:
         if self._ros is None:

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, cross, pose, rotation_from_vector
-from grabbergui.servo.kinematics import Capsule, CapsuleBody, Chain
+from grabbergui.servo.clearance import Capsule, CapsuleBody
+from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots.robot import KinematicModel
 
 

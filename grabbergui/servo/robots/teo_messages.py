@@ -1,14 +1,9 @@
-"""Messages to and from TEO's controllers on YARP: its control boards and its Cartesian controller. No I/O.
+"""Messages to and from the control boards of TEO on YARP (`remote_controlboard`, 3.x and 4.0). No I/O.
 
-Control boards (`remote_controlboard`, 3.x and 4.0): angles are degrees. A request is a row of vocabularies in
-3.x (`[set] [stos]`) and a method's name in 4.0's thrift service `ControlBoardMsgs` (`stopAllRPC`); one table,
-`METHODS`, has both. A streamed command is a pair of a list of words and a vector; in 4.0 the name of an
-interface stands before the verb. Both stream encoders as a vector, and all their readings as lists, each
-followed by whether it is valid.
-
-Cartesian controllers (roboticslab's ICartesianControl): metres, radians, and rotation vectors. They obey
-streamed commands after an announcement. The command for a pose is called `pose` since May 2024 and `movi`
-before.
+Angles are degrees. A request is a row of vocabularies in 3.x (`[set] [stos]`) and a method's name in 4.0's
+thrift service `ControlBoardMsgs` (`stopAllRPC`); one table, `METHODS`, has both. A streamed command is a pair
+of a list of words and a vector; in 4.0 the name of an interface stands before the verb. Both stream encoders
+as a vector, and all their readings as lists, each followed by whether it is valid.
 """
 
 from __future__ import annotations
@@ -18,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grabbergui.calibration.geometry import Pose, Vector, pose_from_vector, vector_from_pose
+from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Float32, Item, Vocab, word
@@ -62,7 +57,6 @@ _STREAMED = {
 _INTERFACES = {"ivel": VELOCITY_MODE, "ipod": DIRECT_MODE}
 
 
-# -- control boards: requests --------------------------------------------------------------------
 def axes(dialect: Dialect = Dialect.YARP3) -> Bottle:
     """The request for the number of joints, which moves nothing."""
     return _request("get axes", dialect=dialect)
@@ -99,7 +93,6 @@ def _request(words: str, *arguments: Item, dialect: Dialect) -> Bottle:
     return Bottle([*map(Vocab, words.split()), *arguments])
 
 
-# -- control boards: streamed commands -----------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class Streamed:
     """A streamed command."""
@@ -147,7 +140,6 @@ def _streamed(interface: str, verb: str, values: Vector, dialect: Dialect) -> Bo
     return Bottle([Bottle(map(Vocab, words)), degrees(values)])
 
 
-# -- control boards: readings --------------------------------------------------------------------
 def encoders(angles: Vector) -> Bottle:
     """Return the reading that a control board streams, from radians."""
     return Bottle(degrees(angles))
@@ -176,7 +168,6 @@ def extended_state(angles: Vector, modes: Sequence[Vocab], dialect: Dialect = Di
     return Bottle([degrees(angles), OK, *unknown, numbered, OK, [0] * joints, FAIL, *temperatures])
 
 
-# -- control boards: values ----------------------------------------------------------------------
 def numbers(items: Item | Sequence[Item], count: int) -> Vector:
     """Return `count` finite numbers. Raises RemoteProtocolError."""
     if not isinstance(items, list) or len(items) != count:
@@ -200,60 +191,3 @@ def joints(items: Item | Sequence[Item], count: int) -> list[int]:
 def degrees(angles: Vector) -> list[Item]:
     """Convert radians to a list of degrees."""
     return [float(value) for value in np.degrees(angles)]
-
-
-NOT_CONTROLLING = Vocab("ccnc")
-"A controller's state without a motion, in which it also obeys streamed commands."
-TWIST = Vocab("twst")
-POSE_WORDS = (Vocab("movi"), Vocab("pose"))
-"""The words for a streamed pose, in the order in which to try them.
-
-Until February 2023 there was a `pose` beside `movi`, which took its first number for an interval.
-"""
-
-
-# -- Cartesian controllers: requests -------------------------------------------------------------
-def announce(command: Vocab) -> Bottle:
-    """The request that gets a controller ready for one kind of streamed command."""
-    return Bottle([Vocab("set"), Vocab("cpsc"), command])
-
-
-def base_frame() -> Bottle:
-    """The request that makes a controller take motions as along the base's axes, not the hand's."""
-    return Bottle([Vocab("set"), Vocab("cpf"), Vocab("cpfb")])
-
-
-def stop_control() -> Bottle:
-    """The request that ends whatever a controller does."""
-    return Bottle([Vocab("stop")])
-
-
-def ask_status() -> Bottle:
-    """The request for a controller's status, which moves nothing."""
-    return Bottle([Vocab("stat")])
-
-
-# -- Cartesian controllers: streamed commands and readings ---------------------------------------
-def twist(values: Vector) -> Bottle:
-    """A streamed twist, m/s and rad/s."""
-    return Bottle([TWIST, *map(float, values)])
-
-
-def streamed_pose(hand: Pose, command: Vocab) -> Bottle:
-    """A streamed pose under the word that was announced, which the drives go to at once."""
-    return Bottle([command, *map(float, vector_from_pose(hand))])
-
-
-def read_cartesian_command(message: Bottle, announced: str) -> Vector | None:
-    """Six numbers of a streamed command; None for one of another kind. Raises RemoteProtocolError."""
-    return numbers(message[1:], 6) if message and word(message[0]) == announced else None
-
-
-def status(state: Vocab, hand: Pose, time: float) -> Bottle:
-    """Return the status that a controller streams, and its reply to `stat`."""
-    return Bottle([state, *map(float, vector_from_pose(hand)), float(time)])
-
-
-def read_status(message: Sequence[object]) -> Pose:
-    """The hand's pose in a status, with or without the time at its end. Raises RemoteProtocolError."""
-    return pose_from_vector(numbers(Bottle(message)[1:7], 6))  # type: ignore[arg-type]

@@ -20,7 +20,9 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer, open_all
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
 from grabbergui.servo.kinematics import Chain
+from grabbergui.servo.robots import cartesian_messages
 from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots.cartesian_messages import NOT_CONTROLLING, POSE_WORDS, read_cartesian_command
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_messages import FAIL, OK, degrees, numbers
@@ -74,7 +76,7 @@ class SimulatedCartesian:
         names: NameClient,
         name: str,
         dialect: Dialect = Dialect.YARP3,
-        pose_word: Vocab = messages.POSE_WORDS[-1],
+        pose_word: Vocab = POSE_WORDS[-1],
         *,
         kdl: bool = False,
     ) -> None:
@@ -83,7 +85,7 @@ class SimulatedCartesian:
         self._dialect = dialect
         self._pose_word = str(pose_word)
         self._changed = threading.Condition(threading.RLock())
-        self._state = messages.NOT_CONTROLLING
+        self._state = NOT_CONTROLLING
         self._twist: Vector | None = None
         self._velocity: Vector | None = None
         "With `kdl` the joint velocities of the newest streamed twist, rad/s."
@@ -159,7 +161,7 @@ class SimulatedCartesian:
         with self._changed:
             # As the reference: obey a stream only after it was announced.
             announced = word(self._settings["cpsc"])
-            values = messages.read_cartesian_command(message, announced)
+            values = read_cartesian_command(message, announced)
             if values is None:
                 return
             if announced == "twst":
@@ -187,7 +189,7 @@ class SimulatedCartesian:
 
     def _set(self, what: str, value: Item) -> bool:
         """Change a setting; return False if it is unknown or out of range, or while the arm moves."""
-        if self._state != messages.NOT_CONTROLLING or what not in self._settings:
+        if self._state != NOT_CONTROLLING or what not in self._settings:
             return False
         if what == "cpsc":
             allowed = word(value) in ("twst", self._pose_word)
@@ -219,7 +221,7 @@ class SimulatedCartesian:
     def _approach(self, hand: Pose, target: Pose) -> None:
         off = geometry.diff(hand, target)
         if geometry.distance(hand, target) < ARRIVED[0] and np.linalg.norm(off[3:]) < ARRIVED[1]:
-            if self._state != messages.NOT_CONTROLLING:
+            if self._state != NOT_CONTROLLING:
                 self._rest()
             return
         speed = float(self._settings["cpts"])  # type: ignore[arg-type]
@@ -228,7 +230,7 @@ class SimulatedCartesian:
         self._robot.move_hand(off)
 
     def _rest(self) -> None:
-        self._state, self._settings["cpsc"] = messages.NOT_CONTROLLING, Vocab("nset")
+        self._state, self._settings["cpsc"] = NOT_CONTROLLING, Vocab("nset")
         self._target = self._twist = self._velocity = None
         self._robot.move_hand(np.zeros(6))
         self._changed.notify_all()
@@ -237,7 +239,7 @@ class SimulatedCartesian:
         """Wait until a move is done; stop it and return False after `seconds`."""
 
         def done() -> bool:
-            return self._target is None or self._state == messages.NOT_CONTROLLING
+            return self._target is None or self._state == NOT_CONTROLLING
 
         if not self._changed.wait_for(done, seconds):
             self._rest()
@@ -262,7 +264,7 @@ class SimulatedCartesian:
         return self._robot.model.arm.inverse(target, self._robot.model.home if arm is None else arm)
 
     def _status(self) -> Bottle:
-        return messages.status(self._state, self._robot.state().hand, time.time())
+        return cartesian_messages.status(self._state, self._robot.state().hand, time.time())
 
 
 class TeoPorts:
@@ -274,7 +276,7 @@ class TeoPorts:
         names: NameClient,
         prefix: str = "/teoSim",
         dialect: Dialect = Dialect.YARP3,
-        pose_word: Vocab = messages.POSE_WORDS[-1],
+        pose_word: Vocab = POSE_WORDS[-1],
         *,
         kdl: bool = False,
     ) -> None:

@@ -23,8 +23,19 @@ from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.target import Target
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.robots import teo, teo_messages
-from grabbergui.servo.robots.robot import Robot, RobotState, leading_hand, leading_head
+from grabbergui.servo.robots import cartesian_messages, teo, teo_messages
+from grabbergui.servo.robots.cartesian_messages import (
+    POSE_WORDS,
+    TWIST,
+    announce,
+    ask_status,
+    base_frame,
+    read_status,
+    stop_control,
+    streamed_pose,
+)
+from grabbergui.servo.robots.leading_target import leading_hand, leading_head
+from grabbergui.servo.robots.robot import Robot, RobotState
 
 log = logging.getLogger(__name__)
 
@@ -66,7 +77,7 @@ class TeoOverYarp(Robot):
             return _ReadingPort(f"{_LOCAL}{port}/state:i", names, part, self._readings, read)
 
         self._head_state = listener("head", HEAD, lambda bottle: teo_messages.read_encoders(bottle, 2))
-        self._arm_state = listener("hand", ARM, teo_messages.read_status)
+        self._arm_state = listener("hand", ARM, read_status)
         self._arm_encoders = listener("arm", ARM_BOARD, lambda bottle: teo_messages.read_encoders(bottle, 6))
         self._head_rpc = RpcClient(f"{remote}{HEAD}/rpc:i", names)
         self._arm_rpc = RpcClient(f"{remote}{ARM}/rpc:s", names)
@@ -77,7 +88,7 @@ class TeoOverYarp(Robot):
         self._mode: Vocab | None = None
         self._announced: Vocab | None = None
         "The kind of command that was announced to the arm's controller."
-        self._pose_words = teo_messages.POSE_WORDS
+        self._pose_words = POSE_WORDS
         self._leading_head, self._leading_hand = leading_head(), leading_hand()
         self._stops = 0
         "Number of stops so far; a command is not sent if one came while it was prepared."
@@ -161,8 +172,8 @@ class TeoOverYarp(Robot):
         if self._listen_only:
             return
         stops = self._stops
-        self._announce((teo_messages.TWIST,), stops)
-        self._send(self._arm_commands, teo_messages.twist(twist).encode(self._controller), stops)
+        self._announce((TWIST,), stops)
+        self._send(self._arm_commands, cartesian_messages.twist(twist).encode(self._controller), stops)
 
     def lead_hand(self, twist: Vector, seconds: float) -> None:
         """See Robot. Streams poses to a controller whose drives are in position direct mode."""
@@ -171,7 +182,7 @@ class TeoOverYarp(Robot):
         stops = self._stops
         word = self._announce(self._pose_words, stops)
         target = self._leading_hand.advance(self._reading().hand, twist, seconds, time.monotonic())
-        pose = teo_messages.streamed_pose(target, word)
+        pose = streamed_pose(target, word)
         self._send(self._arm_commands, pose.encode(self._controller), stops)
 
     def stop(self) -> bool:
@@ -185,7 +196,7 @@ class TeoOverYarp(Robot):
         with self._sending:
             self._stops += 1
             if self._announced not in self._pose_words:
-                still = teo_messages.twist(np.zeros(6))
+                still = cartesian_messages.twist(np.zeros(6))
                 self._arm_commands.write(still.encode(self._controller))
             if self._mode in (None, teo_messages.VELOCITY_MODE):
                 still = teo_messages.velocity_moves(np.zeros(2), self._board)
@@ -196,7 +207,7 @@ class TeoOverYarp(Robot):
         delivered = True
         for client, request in (
             (self._head_stop, teo_messages.stop_all(self._board)),
-            (self._arm_stop, teo_messages.stop_control()),
+            (self._arm_stop, stop_control()),
         ):
             try:
                 self._ask(client, request, _STOP_TIMEOUT)
@@ -218,11 +229,11 @@ class TeoOverYarp(Robot):
         board, controller = self._find_dialects()
         head, arm = f"{self._remote}{HEAD}", f"{self._remote}{ARM}"
         twist, velocity = (
-            teo_messages.twist(np.zeros(6)),
+            cartesian_messages.twist(np.zeros(6)),
             teo_messages.velocity_moves(np.zeros(2), board),
         )
         stop, axes = teo_messages.stop_all(board), teo_messages.axes(board)
-        stop_arm, status = teo_messages.stop_control(), teo_messages.ask_status()
+        stop_arm, status = stop_control(), ask_status()
         server = self._names.server
 
         def channel(kind: str, port: str, dialect: Dialect, **messages: Bottle) -> dict[str, str]:
@@ -266,7 +277,7 @@ class TeoOverYarp(Robot):
         if self._dialects is None:
             board = self._find_board()
             # The controller's words are the same in both dialects; its numbers' type codes differ.
-            status = self._arm_rpc.call(teo_messages.ask_status())
+            status = self._arm_rpc.call(ask_status())
             controller = Dialect.YARP3 if status is None or status.dialect is None else status.dialect
             self._dialects = board, controller
             for client in (self._arm_rpc, self._arm_stop):
@@ -310,10 +321,10 @@ class TeoOverYarp(Robot):
         if self._announced in commands:
             return self._announced  # type: ignore[return-value]
         # Another client may have set motions along the hand's axes.
-        self._ask(self._arm_rpc, teo_messages.base_frame())
+        self._ask(self._arm_rpc, base_frame())
         for command in commands:
             try:
-                self._ask(self._arm_rpc, teo_messages.announce(command))
+                self._ask(self._arm_rpc, announce(command))
             except _RefusedError:
                 if command == commands[-1]:
                     raise

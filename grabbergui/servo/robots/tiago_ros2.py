@@ -1,4 +1,4 @@
-"""TIAGo on a ROS 2 network: head and arm behind their controllers, and the guardian's channel to stop it."""
+"""TIAGo on a ROS 2 network: head and arm behind their controllers."""
 
 from __future__ import annotations
 
@@ -20,21 +20,16 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.ros2.requirements import require_packages
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.guardian import Channel
-from grabbergui.servo.robots import tiago, tiago_parts
+from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
+from grabbergui.servo.robots.joint_readings import JointReadings
+from grabbergui.servo.robots.joint_trajectory import stamp_of
 from grabbergui.servo.robots.robot import ARM, HEAD, KinematicModel, Robot, RobotState
-from grabbergui.servo.robots.tiago_messages import Drive, Kind
-from grabbergui.servo.robots.tiago_parts import (
-    ACTIVE,
-    HOLD_S,
-    NODE,
-    Choice,
-    ControllerManager,
-    OtherPrograms,
-    Part,
-    ServoNode,
-)
+from grabbergui.servo.robots.static_frames import StaticFrames
+from grabbergui.servo.robots.tiago_choice import ACTIVE, TWISTS, Choice, choose, stock_topics
+from grabbergui.servo.robots.tiago_messages import CommandKind, Drive
+from grabbergui.servo.robots.tiago_nodes import NODE, ControllerManager, OtherPrograms, ServoNode
+from grabbergui.servo.robots.tiago_parts import HOLD_S, DrivenPart
 
 log = logging.getLogger(__name__)
 
@@ -61,7 +56,7 @@ class Topics:
 
     head: str = "/head_controller/joint_trajectory"
     "Any other name is used regardless of the controller manager's list."
-    arm: str = tiago_parts.TWISTS
+    arm: str = TWISTS
     "`geometry_msgs/TwistStamped`, preferred if it has a subscriber; the default is MoveIt Servo's."
     joint_states: str = "/joint_states"
     camera_frame: str = tiago.CAMERA
@@ -93,9 +88,9 @@ class TiagoOverRos2(Robot):
         self._warned = ""
         "The last warning of strangers."
         self._drives: dict[str, Drive] = {}
-        self._driven: dict[str, Part] = {}
-        self._readings = messages.JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
-        self._frames = messages.StaticFrames()
+        self._driven: dict[str, DrivenPart] = {}
+        self._readings = JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
+        self._frames = StaticFrames()
         self._state: RobotState | None = None
         self._complaint = ""
         self.summary = ""
@@ -137,7 +132,12 @@ class TiagoOverRos2(Robot):
         if self._others is not None:
             self._others.watch(self._pause_servo)
         arm = self._drives.get(ARM)
-        if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
+        if (
+            arm is not None
+            and arm.kind is CommandKind.TWIST
+            and not self._listen_only
+            and self._ros is not None
+        ):
             self._servo = ServoNode(self._ros, arm.topic)
             self._servo.start()
 
@@ -178,7 +178,7 @@ class TiagoOverRos2(Robot):
         part = self._part(ARM)
         if part is None:
             return
-        if part.drive.kind is Kind.TWIST:
+        if part.drive.kind is CommandKind.TWIST:
             self._stopped = False
             if self._servo is not None and self._servo.paused:
                 self._servo.start()
@@ -227,21 +227,20 @@ class TiagoOverRos2(Robot):
     @override
     def stop_channels(self) -> list[dict[str, str]]:
         drives = self._drives or {
-            HEAD: Drive(Kind.TRAJECTORY, self._topics.head),
-            ARM: Drive(Kind.TWIST, self._topics.arm),
+            HEAD: Drive(CommandKind.TRAJECTORY, self._topics.head),
+            ARM: Drive(CommandKind.TWIST, self._topics.arm),
         }
         channel = {"kind": "tiago", "joint_states": self._topics.joint_states}
         for name, drive in drives.items():
             channel |= {name: drive.topic, f"{name}_kind": drive.kind.value}
         return [channel]
 
-    # -- commands --------------------------------------------------------------------------------
     def _known(self) -> RobotState:
         if self._state is None:
             raise TransportError(f"{self.name} has not reported the positions of its joints")
         return self._state
 
-    def _part(self, name: str) -> Part | None:
+    def _part(self, name: str) -> DrivenPart | None:
         """Return the part, or None if it is not driven. Raises TransportError if it may not move."""
         if self._ros is None:
             raise TransportError(f"{self.name} is not open")
@@ -254,7 +253,7 @@ class TiagoOverRos2(Robot):
                 raise TransportError(f"{part.drive.controller} is {state}: activate it on the robot")
         return part
 
-    def _stream(self, part: Part, velocity: Vector, measured: Vector) -> None:
+    def _stream(self, part: DrivenPart, velocity: Vector, measured: Vector) -> None:
         now = time.monotonic()
         part.move(velocity, measured, now, self._readings.robot_time(now))
 
@@ -263,9 +262,8 @@ class TiagoOverRos2(Robot):
         if self._ros is None:
             raise TransportError(f"{self.name} is not open")
         seconds = self._readings.robot_time(time.monotonic())
-        return messages.stamp_of(seconds) if seconds else self._ros.node.get_clock().now().to_msg()
+        return stamp_of(seconds) if seconds else self._ros.node.get_clock().now().to_msg()
 
-    # -- controllers -----------------------------------------------------------------------------
     def _choose_drives(self) -> None:
         """Wait for a controller of each part for `SETTLE_S`; one part is enough."""
         deadline = time.monotonic() + min(self._timeout, SETTLE_S)
@@ -299,14 +297,14 @@ class TiagoOverRos2(Robot):
     def _choices(self) -> dict[str, Choice]:
         assert self._ros is not None and self._manager is not None
         node, listed = self._ros.node, self._manager.listed()
-        topics = [self._topics.arm, *tiago_parts.stock_topics(JOINTS)]
+        topics = [self._topics.arm, *stock_topics(JOINTS)]
         listeners = {topic: node.count_subscribers(topic) for topic in topics}
         choices = {
-            name: tiago_parts.choose(name, joints, listed, listeners, self._topics.arm if name == ARM else "")
+            name: choose(name, joints, listed, listeners, self._topics.arm if name == ARM else "")
             for name, joints in JOINTS.items()
         }
         if self._topics.head != Topics.head:
-            choices[HEAD] = Choice(Drive(Kind.TRAJECTORY, self._topics.head))
+            choices[HEAD] = Choice(Drive(CommandKind.TRAJECTORY, self._topics.head))
         return choices
 
     def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
@@ -317,7 +315,6 @@ class TiagoOverRos2(Robot):
             time.sleep(0.02)
         return True
 
-    # -- readings --------------------------------------------------------------------------------
     def _on_joint_state(self, message: Any) -> None:
         try:
             # The robot's clock may differ, so a reading's time is its arrival.
@@ -344,7 +341,6 @@ class TiagoOverRos2(Robot):
             return f"no node publishes TIAGo's joints on {topic}; check the topics and ROS_DOMAIN_ID"
         return f"{self._topics.joint_states} does not contain {', '.join(missing)}"
 
-    # -- tf --------------------------------------------------------------------------------------
     def _listen_to_frames(self, node: Any) -> None:
         """Subscribe to `/tf_static`: on this robot the camera's place may differ from the URDF's."""
         try:
@@ -364,92 +360,14 @@ class TiagoOverRos2(Robot):
             self.model = replace(self.model, camera=place)
 
 
-def part_for(node: Any, name: str, drive: Drive, model: KinematicModel) -> Part:
+def part_for(node: Any, name: str, drive: Drive, model: KinematicModel) -> DrivenPart:
     """Return the publisher of one part, with its limits in the robot's signs."""
     if name == ARM:
-        return Part(node, drive, tiago.ARM_JOINTS, model.arm.low, model.arm.high)
+        return DrivenPart(node, drive, tiago.ARM_JOINTS, model.arm.low, model.arm.high)
     low, high = tiago.HEAD_SIGNS * model.head.low, tiago.HEAD_SIGNS * model.head.high
-    return Part(node, drive, tiago.HEAD_JOINTS, np.minimum(low, high), np.maximum(low, high))
+    return DrivenPart(node, drive, tiago.HEAD_JOINTS, np.minimum(low, high), np.maximum(low, high))
 
 
 def _angles(state: RobotState, name: str) -> Vector | None:
     """Return a part's angles with the robot's signs."""
     return tiago.HEAD_SIGNS * state.head if name == HEAD else state.arm
-
-
-# -- the guardian's channel ----------------------------------------------------------------------
-class TiagoChannel(Channel):
-    """Stops a TIAGo for the guardian: sends each part to its present place, through the part's controller.
-
-    For that it has a node of its own, which reads joint states, too.
-    """
-
-    def __init__(
-        self,
-        joint_states: str,
-        head: str = "",
-        head_kind: str = Kind.TRAJECTORY.value,
-        arm: str = "",
-        arm_kind: str = Kind.TWIST.value,
-    ) -> None:
-        """Topics of the joint states and of each driven part, with the kind of its messages."""
-        # The arm first.
-        given = {ARM: (arm, arm_kind), HEAD: (head, head_kind)}
-        self._drives = {name: Drive(Kind(kind), topic) for name, (topic, kind) in given.items() if topic}
-        self.name = " and ".join(drive.topic for drive in self._drives.values())
-        self._joint_states = joint_states
-        self._ros: Ros2Node | None = None
-        self._parts: dict[str, Part] = {}
-        self._readings = messages.JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
-
-    @override
-    def prepare(self) -> None:
-        if self._ros is None:
-            self._join()
-        deaf = [part.drive.topic for part in self._parts.values() if not part.heard]
-        if deaf:
-            raise TransportError(f"no controller subscribes to {' and '.join(deaf)}")
-        for name, drive in self._drives.items():
-            if drive.kind is not Kind.TWIST and self._readings.angles(JOINTS[name]) is None:
-                raise TransportError(f"{self._joint_states} has not reported where the {name} is")
-
-    def stop(self) -> None:
-        """Send every part to its present place. A part without a recent reading comes to rest by itself."""
-        ros, now = self._ros or self._join(), time.monotonic()
-        robot_time = self._readings.robot_time(now)
-        stamp = messages.stamp_of(robot_time) if robot_time else ros.node.get_clock().now().to_msg()
-        for name, part in self._parts.items():
-            reading = self._readings.angles(JOINTS[name])
-            # With an old reading, the part would move back to where it was.
-            part.stop(
-                reading[1] if reading is not None and now - reading[0] < GUARDIAN_FRESH_S else None, stamp
-            )
-
-    @override
-    def close(self) -> None:
-        if self._ros is not None:
-            self._ros.close()
-            self._ros = None
-
-    def reset(self) -> None:
-        """Stay on the network, which is slow to join: DDS finds subscribers again by itself."""
-
-    def _join(self) -> Ros2Node:
-        require_packages(*messages.PACKAGES)
-        from sensor_msgs.msg import JointState
-
-        # Without shared memory: a frozen servo program may hold its locks.
-        ros = Ros2Node(f"{tiago_parts.GUARDIAN}{time.time_ns() % 10**9}", shared_memory=False)
-        for name, drive in self._drives.items():
-            limit = np.full(len(JOINTS[name]), np.inf)
-            self._parts[name] = Part(ros.node, drive, JOINTS[name], -limit, limit)
-        ros.node.create_subscription(JointState, self._joint_states, self._on_joint_state, 1)
-        ros.start()
-        self._ros = ros
-        return ros
-
-    def _on_joint_state(self, message: Any) -> None:
-        try:
-            self._readings.take(message, time.monotonic())
-        except RemoteProtocolError:
-            return  # the servo program logs it

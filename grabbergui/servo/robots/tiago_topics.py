@@ -21,6 +21,8 @@ from grabbergui.net.ros2.requirements import require_packages
 from grabbergui.net.ros2.runtime import Ros2Node, steady_timer
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
+from grabbergui.servo.robots.joint_readings import joint_state
+from grabbergui.servo.robots.joint_trajectory import Trajectory, read_trajectory
 from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_ros2 import Topics
@@ -42,7 +44,7 @@ class Follower:
         self._times = np.zeros(0)
         self._points = np.zeros((0, len(low)))
 
-    def accept(self, trajectory: messages.Trajectory, angles: Vector, now: float) -> None:
+    def accept(self, trajectory: Trajectory, angles: Vector, now: float) -> None:
         """Replace the trajectory in progress. `angles` are those measured `now`, on the robot's clock.
 
         Raises RemoteProtocolError, and the trajectory before goes on: for joints that are not exactly its
@@ -113,7 +115,7 @@ class TrajectoryTopic:
         try:
             if not self.active:
                 raise RemoteProtocolError("the controller is not active")
-            self._follower.accept(messages.read_trajectory(message), self._angles(), self._now())
+            self._follower.accept(read_trajectory(message), self._angles(), self._now())
         except RemoteProtocolError as error:
             self.refused = [*self.refused[-99:], str(error)]
             log.warning("%s: refused %s", self.topic, error)
@@ -215,7 +217,7 @@ class TiagoTopics:
     def _publish_state(self) -> None:
         if not self._robot.silent:
             stamp = self._ros.node.get_clock().now().to_msg()
-            self._states.publish(messages.joint_state(self._robot.state(), stamp))
+            self._states.publish(joint_state(self._robot.state(), stamp))
 
     def _publish_frames(self, node: Any) -> Any:
         """Where the camera sits on the head, on `/tf_static`; the publisher, None without tf's messages."""

@@ -33,11 +33,11 @@ def simulated(domain, model):
 def robot(simulated, model, monkeypatch):
     """Its client, which knows that there is no controller manager and nothing else to wait for."""
     from grabbergui.net.ros2 import runtime
-    from grabbergui.servo.robots import tiago_parts, tiago_ros2
+    from grabbergui.servo.robots import tiago_nodes, tiago_ros2
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
     monkeypatch.setattr(tiago_ros2, "LIST_S", 0.0)
-    monkeypatch.setattr(tiago_parts, "JOIN_S", 0.0)
+    monkeypatch.setattr(tiago_nodes, "JOIN_S", 0.0)
     monkeypatch.setattr(runtime, "DISCOVERY_S", 0.0)
     client = TiagoOverRos2(model)
     client.open()

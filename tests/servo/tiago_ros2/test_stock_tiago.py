@@ -29,10 +29,10 @@ from grabbergui.driver.sim.rendered_scene import Things, board_pose  # noqa: E40
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config  # noqa: E402
-from grabbergui.servo.robots import tiago, tiago_parts, tiago_ros2  # noqa: E402
+from grabbergui.servo.robots import tiago, tiago_nodes, tiago_ros2  # noqa: E402
 from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
-from grabbergui.servo.robots.tiago_parts import receive_description  # noqa: E402
+from grabbergui.servo.robots.tiago_nodes import ControllerManager, receive_description  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
 from patience import until  # noqa: E402
 
@@ -105,9 +105,9 @@ class SilentManager:
 
 def test_a_controller_manager_whose_answer_was_lost_is_asked_again(monkeypatch):
     now = 100.0
-    monkeypatch.setattr(tiago_parts.time, "monotonic", lambda: now)
+    monkeypatch.setattr(tiago_nodes.time, "monotonic", lambda: now)
     silent = SilentManager()
-    manager = tiago_parts.ControllerManager(silent)
+    manager = ControllerManager(silent)
     for _ in range(20):  # its first answers, as long as it has not discovered who reads them
         now += 0.5
         silent.tick()
@@ -182,10 +182,10 @@ def test_a_robot_without_an_active_controller_is_refused_by_name(fake, model):
 def test_a_controller_manager_that_answers_late_is_waited_for(fake, model, monkeypatch):
     """Its first answers are lost if it has not discovered who reads them."""
     monkeypatch.setattr(tiago_ros2, "LIST_S", 0.0)
-    on_answer = tiago_parts.ControllerManager._on_answer
+    on_answer = ControllerManager._on_answer
     late = time.monotonic() + 2.5
     monkeypatch.setattr(
-        tiago_parts.ControllerManager,
+        ControllerManager,
         "_on_answer",
         lambda manager, future: time.monotonic() > late and on_answer(manager, future),
     )

@@ -28,9 +28,9 @@ from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, UsageError  # noqa: E402
 from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
-from grabbergui.servo.publishers import Ros2Publisher  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
+from grabbergui.servo.ros2_publisher import Ros2Publisher  # noqa: E402
 from patience import PATIENCE, PROGRAM, attempts, until  # noqa: E402
 
 

@@ -34,7 +34,8 @@ from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config, SafetyConfig  # noqa: E402
 from grabbergui.servo.guardian_link import LocalGuard  # noqa: E402
-from grabbergui.servo.robots import tiago, tiago_parts  # noqa: E402
+from grabbergui.servo.robots import tiago  # noqa: E402
+from grabbergui.servo.robots.tiago_nodes import NODE  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
 from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, attempts, until  # noqa: E402
@@ -181,7 +182,7 @@ def test_a_second_program_whose_name_has_not_arrived_is_waited_for(robot, second
 @pytest.mark.parametrize("simulated_clock", [False, True])
 def test_a_second_program_that_is_discovered_late_ends_the_commands(robot, simulated, simulated_clock):
     robot._ros.node.set_parameters([Parameter("use_sim_time", value=simulated_clock)])
-    other = Ros2Node(f"{tiago_parts.NODE}late")
+    other = Ros2Node(f"{NODE}late")
     other.node.create_publisher(JointTrajectory, "/head_controller/joint_trajectory", 1)
     other.start()
     try:

@@ -9,7 +9,7 @@ from grabbergui.servo.robots.fault_list import Fault
 from grabbergui.servo.robots.faults import Faults
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.strangers import Ros2Stranger
-from grabbergui.servo.robots.tiago_messages import Drive, Kind
+from grabbergui.servo.robots.tiago_messages import CommandKind, Drive
 from patience import until
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
@@ -26,7 +26,7 @@ def faulty(domain, model, request):
     robot = SimRobot(model, faults=Faults([Fault(request.param, 0.0)], reports_hand=False))
     topics = TiagoTopics(robot)
     topics.open()
-    stranger = Ros2Stranger(robot, Drive(Kind.TWIST, topics.arm_topic), "/joint_states")
+    stranger = Ros2Stranger(robot, Drive(CommandKind.TWIST, topics.arm_topic), "/joint_states")
     stranger.start()
     yield robot
     stranger.close()

@@ -16,7 +16,8 @@ from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.hand_eye.hand_eye_file import placement
 from grabbergui.servo.hand_eye.run import Step
-from grabbergui.servo.hand_eye.stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.hand_eye.simulated_cameras import SimulatedCameras
+from grabbergui.servo.hand_eye.stand import HandEyeStand
 from grabbergui.servo.models.hand_eye import Happened, Setup, TargetPreview
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot

@@ -3,8 +3,8 @@
 import pytest
 from PyQt5.QtWidgets import QWidget
 
+from grabbergui.servo.hand_eye.plan import RunPlan
 from grabbergui.servo.hand_eye.run import Step
-from grabbergui.servo.hand_eye.stand import RunPlan
 from grabbergui.servo.models.hand_eye import Happened
 from grabbergui.servo.models.hand_eye_text import plan_text
 from grabbergui.servo.models.servoing import Entry
