@@ -110,8 +110,8 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     window.show()
     program.begin(f"gige:{ADDRESS}?packet_size={packet_size}")
     app.exec_()
-    assert program.connection.source is not None and program.connection.source.grabber is not None
-    camera = program.connection.source.grabber
+    assert program.open_sources.current is not None and program.open_sources.current.grabber is not None
+    camera = program.open_sources.current.grabber
     begun, cpu, before = time.monotonic(), time.process_time(), camera.statistics()
     QTimer.singleShot(round(1000 * seconds), app.quit)
     app.exec_()

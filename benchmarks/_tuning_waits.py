@@ -118,7 +118,7 @@ def _change(camera: FrameGrabber, queue: FrameQueue, feature: str, value: str | 
 
 _SCRIPT = """
 import statistics, time
-canvas, connection = app.window.image.canvas, app.program.connection
+canvas, sources = app.window.image.canvas, app.program.open_sources
 show, seen, painted = canvas.setImage, [0], []
 
 def set_image(image, width, height):
@@ -129,16 +129,16 @@ canvas.setImage = set_image
 app.window.image.painted.connect(lambda: painted.append((time.monotonic(), seen[0])))
 app.until(lambda: painted, {patience}, "an image")
 first = painted[0][0]
-connection.open_additional("sim:?width=640&height=480&fps=100")
-app.until(lambda: len(connection.sources) == 2, {patience}, "a second camera")
+app.program.opener.open_additional("sim:?width=640&height=480&fps=100")
+app.until(lambda: len(sources.all) == 2, {patience}, "a second camera")
 app.wait(1.0)
 widths, switched = (640, {width}), []
 for number in range(20):
     app.wait(0.1)
     painted.clear()
-    other = next(source for source in connection.sources if source is not connection.source)
+    other = next(source for source in sources.all if source is not sources.current)
     began = time.monotonic()
-    connection.make_current(other)
+    sources.make_current(other)
     app.until(lambda: any(w == widths[number % 2] for _, w in painted), {patience}, "the other camera")
     switched.append(next(at for at, w in painted if w == widths[number % 2]) - began)
 print(first, statistics.median(switched))

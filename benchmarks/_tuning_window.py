@@ -125,7 +125,7 @@ class _Operator:
         seen = Seen()
         try:
             self.program.begin(self.tuned.uri)
-            self._until(lambda: self.program.connection.state is LinkState.STREAMING, "the stream")
+            self._until(lambda: self.program.open_sources.state is LinkState.STREAMING, "the stream")
             self._until(lambda: len(self.eye.painted) > 30, "thirty images")
             self._open_panel()
             seen.frame_period = self._frame_period()
@@ -138,7 +138,7 @@ class _Operator:
         finally:
             self.window.close()
             self.program.shut_down(10)
-            self.program.connection.wait_closed(10)
+            self.program.open_sources.wait_closed(10)
         return seen
 
     # -- the window ------------------------------------------------------------------------------
@@ -294,7 +294,7 @@ class _Operator:
         return statistics.median(took)
 
     def _grabber(self) -> FrameGrabber:
-        source = self.program.connection.source
+        source = self.program.open_sources.current
         assert source is not None and source.grabber is not None
         return source.grabber
 

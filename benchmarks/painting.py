@@ -203,7 +203,7 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     pipe.send(Watched(came / took, (painted[0] - count) / took, (cpu - sensor) / took, sensor / took))
     window.close()
     program.shut_down(10)
-    program.connection.wait_closed(10)
+    program.open_sources.wait_closed(10)
 
 
 # -- the view alone ----------------------------------------------------------------------------------

@@ -104,7 +104,7 @@ app.set("ExposureTime", 8000)
 take("changes", window.changesDock)
 
 tool(window.valuesDock)
-features = program.connection.source.features
+features = program.open_sources.current.features
 for name in ("ExposureTime", "DeviceTemperature"):
     program.values.plot(features.description(name))
 window.values.spanBox.setCurrentIndex(0)
@@ -155,16 +155,16 @@ app.wait(0.8)
 take("recording-runs", bar)
 app.until(bar.playButton.isVisible)
 
-program.connection.open_additional("sim:")
-program.connection.open_additional("sim:scene?width=608&height=512&fps=10")
+program.opener.open_additional("sim:")
+program.opener.open_additional("sim:scene?width=608&height=512&fps=10")
 app.until(lambda: len(window.gallery.tiles) == 3)
 app.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
 app.until(lambda: not any(tile.stateLabel.text().startswith("0") for tile in window.gallery.tiles))
 program.messages.dismiss_all()
 app.wait(0.4)
 take("gallery")
-for source in program.connection.sources[1:]:
-    program.connection.close(source)
+for source in program.open_sources.all[1:]:
+    program.open_sources.close(source)
 
 bar.playButton.click()
 app.until(window.image.playbackBar.isVisible)

@@ -11,10 +11,11 @@ from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted, translate
+from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.recording.errors import DiskFullError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
@@ -43,15 +44,15 @@ class Recordings:
     changed = Signal(OpenSource)
     """The recording of a source began, progressed or ended: see `of`."""
 
-    def __init__(self, connection: Connection) -> None:
-        self._connection, self._messages = connection, connection.messages
+    def __init__(self, open_sources: OpenSources, messages: MessageModel) -> None:
+        self._open_sources, self._messages = open_sources, messages
         self._recorders: dict[OpenSource, Recorder] = {}
         "The last recorder of each source, until the source is closed."
         self._beginning: set[OpenSource] = set()
         self._ending: list[Recorder] = []
         "Recorders of closed sources that still finish their files."
         self._lock = threading.RLock()
-        connection.ending.connect(self._on_ending)
+        open_sources.ending.connect(self._on_ending)
 
     @property
     def running(self) -> tuple[OpenSource, ...]:
@@ -127,7 +128,7 @@ class Recordings:
             self._recorders[source] = recorder
         recorder.changed.connect(lambda progress: self._on_recorder_changed(source, recorder, progress))
         recorder.start()
-        if source not in self._connection.sources:  # closed meanwhile
+        if source not in self._open_sources.all:  # closed meanwhile
             self._on_ending(source)
         self.changed.emit(source)
 

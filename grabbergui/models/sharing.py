@@ -21,10 +21,11 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.shared import ReadOnlyGrabber
 from grabbergui.models.change import Change, Origin
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.peer_grabber import PeerGrabber
 from grabbergui.models.share import Network, Server, Share, ShareOptions, ShareState, ShareStatus
+from grabbergui.models.stream_control import StreamControl
 from grabbergui.net.tree import Terminal, no_terminal
 
 if TYPE_CHECKING:  # imported when the first camera is shared
@@ -125,19 +126,21 @@ class Sharing:
 
     def __init__(
         self,
-        connection: Connection,
+        open_sources: OpenSources,
+        stream: StreamControl,
         terminal: Callable[[FrameGrabber], Terminal] = lambda grabber: no_terminal,
         makers: Mapping[Network, MakeServer] = MAKERS,
     ) -> None:
         """`terminal` returns what runs the typed commands that arrive for a grabber."""
-        self._connection = connection
+        self._open_sources = open_sources
+        self._stream = stream
         self._terminal = terminal
         self._makers = makers
         self._names = NameServersHere()
         self._shares: tuple[Share, ...] = ()
         self._ended: tuple[Share, ...] = ()
         self._lock = threading.RLock()
-        connection.ending.connect(self._on_ending)
+        open_sources.ending.connect(self._on_ending)
 
     def share(self, source: OpenSource, network: Network, options: ShareOptions) -> None:
         """Share an open source; start its stream if it is the current one and stopped."""
@@ -145,8 +148,8 @@ class Sharing:
         if grabber is None or source.tracked_grabber is None or self._running(source, network):
             return
         source.tracked_grabber.others_write = True
-        if source is self._connection.source and source.state is LinkState.OPEN:
-            self._connection.start()
+        if source is self._open_sources.current and source.state is LinkState.OPEN:
+            self._stream.start()
         make = partial(self._make, source, grabber, network, options)
         self._add(Share(source, network, options, make, self.changed.emit))
 
@@ -179,7 +182,7 @@ class Sharing:
 
     def close(self, timeout: float) -> bool:
         """Stop all; return whether every thread ended within `timeout` seconds. Can be repeated."""
-        self._connection.ending.disconnect(self._on_ending, missing_ok=True)
+        self._open_sources.ending.disconnect(self._on_ending, missing_ok=True)
         with self._lock:
             shares = (*self._shares, *self._ended)
         deadline = time.monotonic() + timeout

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from psygnal import Signal
+
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, TransportError
 from grabbergui.core.grabber import Access
 from grabbergui.models.error_text import error_text, lost_text, returned_text
@@ -22,9 +24,9 @@ class CurrentMessages:
         self._model = model
         self._current = current
 
-    def error(self, text: str) -> None:
-        """Report that one action failed."""
-        self._model.error(text, self._current())
+    def error(self, text: str, source: OpenSource | None = None) -> None:
+        """Report that one action failed, with the current source or another `source`."""
+        self._model.error(text, source or self._current())
 
     def notice(self, text: str) -> None:
         """Report for a moment that something was done."""
@@ -54,11 +56,14 @@ class LinkMessages:
     Not logged here: sources log their losses and returns themselves, with or without a window.
     """
 
+    failed = Signal(str)
+    """A source could not be opened or started, or was lost; a sentence as display text."""
+
     def __init__(self, messages: MessageModel) -> None:
         self.model = messages
 
-    def lost(self, source: OpenSource, reason: str) -> str:
-        """Post that a source no longer answers; return the text."""
+    def lost(self, source: OpenSource, reason: str) -> None:
+        """Post that a source no longer answers."""
         text = translate("Connection", "reconnecting since {0}: {1}")
         passed = time.monotonic() - source.lost_since if source.lost_since is not None else 0.0
         since = time.strftime("%H:%M:%S", time.localtime(time.time() - passed))
@@ -66,7 +71,7 @@ class LinkMessages:
         self.model.end(source, Cause.LINK)  # show it even if the user dismissed the previous one
         lost = UserMessage(text, Severity.ERROR, source, Cause.LINK, count=source.losses)
         self.model.post(lost, logged=True)
-        return text
+        self.failed.emit(text)
 
     def back(self, source: OpenSource, seconds: float, reason: str) -> None:
         """Post that a source answers again after `seconds`, and list the settings that differ."""
@@ -111,7 +116,13 @@ class LinkMessages:
         elif source.state is not LinkState.LOST:
             self.model.post(UserMessage(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
 
+    def stream_failed(self, source: OpenSource, text: str) -> None:
+        """Post that a stream could not be started or stopped."""
+        self.model.error(text, source)
+        self.failed.emit(text)
+
     def not_opened(self, text: str, *, lasting: bool) -> None:
         """Post that a source could not be opened; with `lasting`, until the next attempt."""
         seconds = None if lasting else ERROR_SECONDS
         self.model.post(UserMessage(text, Severity.ERROR, cause=Cause.OPENING), seconds=seconds)
+        self.failed.emit(text)

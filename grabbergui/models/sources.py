@@ -19,10 +19,10 @@ from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, differs
 from grabbergui.core.uri import DescriptionOption, SourceUri
-from grabbergui.models.connection import Connection
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_sources import OpenSources
 
 log = logging.getLogger(__name__)
 
@@ -324,15 +324,15 @@ class GalleryModel:
     changed = Signal(tuple)
     """All tiles (tuple[Tile, ...]), in the order of the sources."""
 
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
+    def __init__(self, open_sources: OpenSources) -> None:
+        self._open_sources = open_sources
         self._tiles: tuple[Tile, ...] = ()
         # A display thread keeps its image alive; images whose threads have ended leave this set.
         self._ending: WeakSet[ImageModel] = WeakSet()
         self._lock = threading.RLock()
-        connection.sources_changed.connect(self._on_sources_changed)
+        open_sources.changed.connect(self._on_sources_changed)
         # Not through the GUI thread: the queue must be closed before the grabber.
-        connection.ending.connect(self._on_ending)
+        open_sources.ending.connect(self._on_ending)
 
     @property
     def tiles(self) -> tuple[Tile, ...]:
@@ -345,7 +345,7 @@ class GalleryModel:
 
     def close(self, timeout: float) -> bool:
         """Remove all tiles; return whether every thread ended within `timeout` seconds. Can be repeated."""
-        self._connection.sources_changed.disconnect(self._on_sources_changed, missing_ok=True)
+        self._open_sources.changed.disconnect(self._on_sources_changed, missing_ok=True)
         with self._lock:
             self._ending.update(tile.image for tile in self._tiles)
             self._tiles = ()
@@ -356,8 +356,8 @@ class GalleryModel:
 
     def _on_sources_changed(self, _: tuple[OpenSource, ...]) -> None:
         with self._lock:
-            # Two threads may emit in the wrong order: only the connection knows the present sources.
-            sources = self._connection.sources
+            # Two threads may emit in the wrong order: only `open_sources` knows the present ones.
+            sources = self._open_sources.all
             known = {tile.source: tile for tile in self._tiles}
             wanted = sources if len(sources) >= FEWEST else ()
             self._tiles = tuple(known.get(source) or Tile(source) for source in wanted)

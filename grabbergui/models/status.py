@@ -12,10 +12,10 @@ from enum import Enum
 
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import CameraFacts, Health, HealthMeter, StreamHealth
 from grabbergui.models.language import QT_TRANSLATE_NOOP, localized, translate
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_sources import OpenSources
 
 LEAST_RATE = 0.05
 "Frames per second below which a tile shows no rate."
@@ -173,8 +173,8 @@ class SourceStatus:
 class StatusModel:
     """Observes every open source with each `refresh`. One thread; no call waits."""
 
-    def __init__(self, connection: Connection, clock: Callable[[], float] = time.monotonic) -> None:
-        self._connection = connection
+    def __init__(self, open_sources: OpenSources, clock: Callable[[], float] = time.monotonic) -> None:
+        self._open_sources = open_sources
         self._clock = clock
         self._watches: dict[OpenSource, _Watch] = {}
         self.held = False
@@ -184,7 +184,7 @@ class StatusModel:
 
     def refresh(self) -> None:
         """Observe every open source."""
-        sources = self._connection.sources
+        sources = self._open_sources.all
         for closed in self._watches.keys() - set(sources):
             self._watches.pop(closed).close()
         for source in sources:
@@ -199,7 +199,7 @@ class StatusModel:
         watch = self._watches.get(source)
         if watch is None:
             return SourceStatus(SourceReading(source.state, bool(source.read_only)).condition)
-        held = self.held and source is self._connection.source
+        held = self.held and source is self._open_sources.current
         return watch.status(self._clock(), held, self.recorded(source))
 
     def close(self) -> None:

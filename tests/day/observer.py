@@ -92,7 +92,7 @@ def number(name):
 
 def frames():
     """Frames that the current camera has delivered."""
-    source = program.connection.source
+    source = program.open_sources.current
     return source.grabber.statistics().frames if source is not None and source.grabber is not None else 0
 
 

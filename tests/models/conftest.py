@@ -18,8 +18,8 @@ def bench():
     bench = Bench()
     yield bench
     bench.source.opening.set()
-    bench.link.close_all()
-    assert bench.link.wait_closed(PATIENCE)
+    bench.sources.close_all()
+    assert bench.sources.wait_closed(PATIENCE)
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("features ")]
 
 

@@ -4,8 +4,8 @@ import threading
 import time
 
 from fakes import ScriptedGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.source_opener import SourceOpener
 from patience import PATIENCE
 
 S = LinkState
@@ -51,20 +51,21 @@ class Bench:
     def __init__(self):
         self.source = Source()
         self.others = {}
-        self.link = Connection(lambda uri: self.others.get(str(uri), self.source))
+        self.link = SourceOpener(lambda uri: self.others.get(str(uri), self.source))
+        self.sources = self.link.open_sources
         self.states = []
         self.failures = []
-        self.link.state_changed.connect(lambda state, reason: self.states.append(state))
-        self.link.failed.connect(self.failures.append)
+        self.sources.state_changed.connect(lambda state, reason: self.states.append(state))
+        self.link.reports.failed.connect(self.failures.append)
 
     def said(self):
         """The messages that are to be seen."""
-        return [message.sentence for message in self.link.messages.shown(self.link.source)]
+        return [message.sentence for message in self.link.messages.shown(self.sources.current)]
 
     def until(self, state, seconds=PATIENCE):
         deadline = time.monotonic() + seconds
-        while self.link.state is not state:
-            assert time.monotonic() < deadline, f"{self.link.state}, not {state}: {self.failures}"
+        while self.sources.state is not state:
+            assert time.monotonic() < deadline, f"{self.sources.state}, not {state}: {self.failures}"
             time.sleep(0.002)
 
     def open_slowly_instead(self):
@@ -73,6 +74,6 @@ class Bench:
         slow.opening.clear()
         self.link.connect_to("sim:")
         self.until(S.STREAMING)
-        first = self.link.source
+        first = self.sources.current
         self.link.connect_to("sim:slow")
         return first, slow

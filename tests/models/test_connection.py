@@ -21,12 +21,12 @@ from patience import PATIENCE, until
 def test_states_come_in_order_and_all_calls_from_one_thread_that_is_not_ours(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    bench.link.stop()
+    bench.link.stream.stop()
     bench.until(S.OPEN)
-    bench.link.start()
+    bench.link.stream.start()
     bench.until(S.STREAMING)
-    bench.link.disconnect()
-    assert bench.link.wait_closed(PATIENCE)
+    bench.sources.close_current()
+    assert bench.sources.wait_closed(PATIENCE)
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING, S.OPEN, S.STREAMING, S.CLOSED]
     assert bench.source.calls == ["open", "start", "stop", "start", "close"]
     assert bench.source.threads == {"features sim:"}
@@ -34,7 +34,7 @@ def test_states_come_in_order_and_all_calls_from_one_thread_that_is_not_ours(ben
 
 def test_features_exist_when_opened_is_emitted(bench):
     seen = []
-    bench.link.opened.connect(lambda source: seen.append((source.grabber, source.features.root.name)))
+    bench.sources.opened.connect(lambda source: seen.append((source.grabber, source.features.root.name)))
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     assert seen == [(bench.source, "Root")]
@@ -45,7 +45,7 @@ def test_reports_of_a_source_are_passed_on_until_it_is_closed(bench):
     bench.until(S.STREAMING)
     bench.source.noticed.emit("images are 320×240 now")
     assert bench.said() == ["Images are 320×240 now"] and bench.failures == []
-    bench.link.disconnect()
+    bench.sources.close_current()
     assert bench.said() == []
 
 
@@ -53,11 +53,11 @@ def test_connecting_does_not_wait_and_can_be_cancelled(bench):
     bench.source.opening.clear()
     begun = time.monotonic()
     bench.link.connect_to("sim:")
-    bench.link.disconnect()
+    bench.sources.close_current()
     assert time.monotonic() - begun < PATIENCE / 2, "as long as the source takes to open"
     assert bench.states == [S.OPENING, S.CLOSED]
     bench.source.opening.set()
-    assert bench.link.wait_closed(PATIENCE)
+    assert bench.sources.wait_closed(PATIENCE)
     assert "start" not in bench.source.calls
     assert bench.states == [S.OPENING, S.CLOSED], "late answers are ignored"
     assert bench.source.calls in (["open", "close"], [])
@@ -67,7 +67,7 @@ def test_a_failure_to_open_is_reported_and_the_source_is_closed(bench):
     bench.source.problem = AccessDeniedError("another application holds the camera")
     bench.link.connect_to("sim:")
     bench.until(S.CLOSED)
-    assert bench.link.wait_closed(PATIENCE)
+    assert bench.sources.wait_closed(PATIENCE)
     assert bench.failures == ["another application holds the camera"]
     assert bench.source.calls == ["open", "open", "close"], "to control it, then to look at it only"
 
@@ -90,7 +90,7 @@ def test_a_failure_to_open_another_source_is_said_for_a_while(bench):
     bench.source.problem = TransportError("the cable is out")
     bench.link.connect_to("gige:1.2.3.4")
     until(bench.said)
-    (message,) = bench.link.messages.shown(bench.link.source)
+    (message,) = bench.link.messages.shown(bench.sources.current)
     assert message.cause is Cause.OPENING and message.ends is not None
 
 
@@ -100,14 +100,16 @@ def test_with_several_open_the_next_one_is_opened_beside_them(bench):
     bench.link.connect_to("sim:one")
     bench.until(S.STREAMING)
     bench.link.open_additional("sim:two")
-    until(lambda: len(bench.link.sources) == 2)
+    until(lambda: len(bench.sources.all) == 2)
     assert bench.link.replaced_by("sim:three") is None
     bench.link.connect_to("sim:three")
-    assert bench.link.source.title == bench.link.sources[0].title, "until the new one is open"
-    until(lambda: [str(source.uri) for source in bench.link.sources] == ["sim:one", "sim:two", "sim:three"])
-    until(lambda: str(bench.link.source.uri) == "sim:three" and bench.link.state is S.STREAMING)
-    assert bench.link.pending is None
-    assert bench.link.replaced_by("sim:three") is bench.link.source, "opening the current one again closes it"
+    assert bench.sources.current.title == bench.sources.all[0].title, "until the new one is open"
+    until(lambda: [str(source.uri) for source in bench.sources.all] == ["sim:one", "sim:two", "sim:three"])
+    until(lambda: str(bench.sources.current.uri) == "sim:three" and bench.sources.state is S.STREAMING)
+    assert bench.sources.pending is None
+    assert bench.link.replaced_by("sim:three") is bench.sources.current, (
+        "opening the current one again closes it"
+    )
 
 
 def test_a_source_that_does_not_start_stays_open(bench):
@@ -117,7 +119,7 @@ def test_a_source_that_does_not_start_stays_open(bench):
     while not bench.failures and time.monotonic() < deadline:
         time.sleep(0.002)
     assert bench.failures == ["Acme Script does not start: no bandwidth left"]
-    assert bench.link.state is S.OPEN
+    assert bench.sources.state is S.OPEN
 
 
 def test_a_malformed_uri_is_refused_and_the_open_source_stays(bench):
@@ -125,7 +127,7 @@ def test_a_malformed_uri_is_refused_and_the_open_source_stays(bench):
     bench.until(S.STREAMING)
     with pytest.raises(UsageError):
         bench.link.connect_to("no scheme")
-    assert bench.link.state is S.STREAMING
+    assert bench.sources.state is S.STREAMING
 
 
 def test_another_source_replaces_the_first(bench):
@@ -134,57 +136,57 @@ def test_another_source_replaces_the_first(bench):
     first, bench.source = bench.source, Source()
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    assert bench.link.source.grabber is bench.source
-    assert bench.link.wait_closed(PATIENCE)
+    assert bench.sources.current.grabber is bench.source
+    assert bench.sources.wait_closed(PATIENCE)
     assert first.calls[-1] == "close"
 
 
 def test_a_recording_is_played_and_the_camera_stays_open_also_if_it_cannot_be(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    camera, bench.source = bench.link.source, Source()
+    camera, bench.source = bench.sources.current, Source()
     bench.link.play("file:/one.mcap")
-    until(lambda: bench.link.source is not camera and bench.link.state is S.STREAMING)
+    until(lambda: bench.sources.current is not camera and bench.sources.state is S.STREAMING)
     bench.source = Source()
     bench.link.play("file:/two.mcap")
-    until(lambda: bench.link.source.uri.name == "/two.mcap" and bench.link.state is S.STREAMING)
-    assert len(bench.link.sources) == 2, "one recording replaces another"
-    bench.link.disconnect()
-    assert bench.link.source is camera
+    until(lambda: bench.sources.current.uri.name == "/two.mcap" and bench.sources.state is S.STREAMING)
+    assert len(bench.sources.all) == 2, "one recording replaces another"
+    bench.sources.close_current()
+    assert bench.sources.current is camera
 
     bench.source = Source()
     bench.source.problem = AccessDeniedError("no such file")
     bench.link.play("file:/three.mcap")
     until(lambda: bench.failures == ["no such file"])
-    until(lambda: bench.link.sources == (camera,) and bench.link.source is camera)
+    until(lambda: bench.sources.all == (camera,) and bench.sources.current is camera)
     assert camera.state is S.STREAMING
 
 
 def test_recordings_that_are_played_one_after_the_other_have_one_tile(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    camera = bench.link.source
+    camera = bench.sources.current
 
     def play(name):
         bench.source = Source()
         bench.link.play(f"file:{name}")
-        until(lambda: bench.link.source.uri.name == name and bench.link.state is S.STREAMING)
+        until(lambda: bench.sources.current.uri.name == name and bench.sources.state is S.STREAMING)
 
     bench.source = Source()
     bench.link.open_additional("file:/opened by hand.mcap")
-    until(lambda: bench.link.sources[-1].state is S.STREAMING)
+    until(lambda: bench.sources.all[-1].state is S.STREAMING)
     for name in ("/one.mcap", "/two.mcap", "/three.mcap"):
-        assert bench.link.source is camera
+        assert bench.sources.current is camera
         play(name)
-        bench.link.make_current(camera)
+        bench.sources.make_current(camera)
     play("/four.mcap")
     play("/five.mcap")
-    bench.link.make_current(camera)
-    again = bench.link.sources[-1]
+    bench.sources.make_current(camera)
+    again = bench.sources.all[-1]
     assert bench.link.replaced_by("file:/six.mcap", playing=True) is again
     play("/five.mcap")
-    assert bench.link.source is again, "the tile of the same recording"
-    names = [source.uri.name for source in bench.link.sources]
+    assert bench.sources.current is again, "the tile of the same recording"
+    names = [source.uri.name for source in bench.sources.all]
     assert names == ["", "/opened by hand.mcap", "/five.mcap"]
 
 
@@ -193,8 +195,8 @@ def test_twenty_connections_leave_no_thread(bench):
     for _ in range(20):
         bench.link.connect_to("sim:")
         bench.until(S.STREAMING)
-        bench.link.disconnect()
-    assert bench.link.wait_closed(PATIENCE)
+        bench.sources.close_current()
+    assert bench.sources.wait_closed(PATIENCE)
     assert threading.active_count() == before
 
 
@@ -220,23 +222,23 @@ class Held(Source):
 
 
 def said(bench):
-    return [message.text for message in bench.link.messages.shown(bench.link.source)]
+    return [message.text for message in bench.link.messages.shown(bench.sources.current)]
 
 
 def test_a_program_that_controls_the_camera_no_more_is_no_longer_named(bench):
     bench.source = source = Held()
     bench.link.connect_to("fake:")
     bench.until(S.OPEN)
-    until(lambda: bench.link.source.no_frames)
+    until(lambda: bench.sources.current.no_frames)
     source.held_changed.emit(True)
     assert "10.0.0.5" in said(bench)[0], "what is known already changes nothing"
-    bench.link.messages.dismiss(bench.link.messages.shown(bench.link.source)[0])
+    bench.link.messages.dismiss(bench.link.messages.shown(bench.sources.current)[0])
 
     source.held_changed.emit(False)
-    (message,) = bench.link.messages.shown(bench.link.source)
+    (message,) = bench.link.messages.shown(bench.sources.current)
     assert message.text.startswith("read only: no other application controls it any more; values")
     assert [offer.label for offer in message.offers] == ["Take control"]
-    assert not bench.link.source.no_frames
+    assert not bench.sources.current.no_frames
 
     source.held_changed.emit(True)
     assert said(bench)[0].startswith("read only: another application controls it; values")
@@ -244,7 +246,7 @@ def test_a_program_that_controls_the_camera_no_more_is_no_longer_named(bench):
     bench.link.take_control()
     bench.until(S.STREAMING)
     source.held_changed.emit(False)
-    assert not bench.link.source.read_only
+    assert not bench.sources.current.read_only
 
 
 def test_control_that_is_freed_while_a_camera_is_opened_for_reading_is_offered(bench):
@@ -262,22 +264,22 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     bench.source = source = Held()
     bench.link.connect_to("fake:")
     bench.until(S.OPEN)
-    until(lambda: bench.link.source.no_frames)
-    assert source.access is Access.MONITOR and "10.0.0.5" in bench.link.source.read_only
+    until(lambda: bench.sources.current.no_frames)
+    assert source.access is Access.MONITOR and "10.0.0.5" in bench.sources.current.read_only
     assert bench.failures == []
-    (message,) = bench.link.messages.shown(bench.link.source)
+    (message,) = bench.link.messages.shown(bench.sources.current)
     assert "10.0.0.5" in message.text and [offer.label for offer in message.offers] == ["Take control"]
 
     source.refuses_take_over = True
     bench.link.take_control()
     until(lambda: any("control was not given" in text for text in said(bench)), "the refusal")
-    assert "10.0.0.5" in said(bench)[0] and bench.link.source.read_only
+    assert "10.0.0.5" in said(bench)[0] and bench.sources.current.read_only
 
     source.held = source.refuses_take_over = False
-    until(lambda: bench.link.source.no_frames)
+    until(lambda: bench.sources.current.no_frames)
     bench.link.take_control()
     bench.until(S.STREAMING)
-    assert not bench.link.source.read_only
+    assert not bench.sources.current.read_only
     assert said(bench) == ["this window has control now: values can be changed"]
     assert source.access is Access.TAKE_OVER, "on purpose, so that it may be taken from one who offers it"
 
@@ -294,13 +296,13 @@ def test_a_wrong_address_leaves_the_current_source_untouched(bench):
     gone.problem = SourceNotFoundError("no camera answers there")
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    kept, reported = bench.link.source, []
-    bench.link.pending_changed.connect(reported.append)
-    bench.link.closing.connect(reported.append)
+    kept, reported = bench.sources.current, []
+    bench.sources.pending_changed.connect(reported.append)
+    bench.sources.closing.connect(reported.append)
     bench.link.connect_to("sim:gone")
     until(lambda: bench.failures, "a failure")
     assert bench.failures == ["no camera answers there"]
-    assert bench.link.source is kept and bench.link.sources == (kept,) and bench.link.pending is None
+    assert bench.sources.current is kept and bench.sources.all == (kept,) and bench.sources.pending is None
     assert [getattr(source, "uri", None) and str(source.uri) for source in reported] == ["sim:gone", None]
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] and bench.source.calls == ["open", "start"]
     until(lambda: "close" in gone.calls, "letting go of it")
@@ -309,22 +311,25 @@ def test_a_wrong_address_leaves_the_current_source_untouched(bench):
 def test_the_current_source_continues_until_the_next_one_is_open(bench):
     first, slow = bench.open_slowly_instead()
     until(lambda: slow.calls, "opening")
-    assert bench.link.source is first and bench.source.streaming and bench.link.pending is not None
+    assert bench.sources.current is first and bench.source.streaming and bench.sources.pending is not None
     slow.opening.set()
-    until(lambda: bench.link.source is not first and bench.link.state is S.STREAMING, "the next one")
-    assert bench.link.source.grabber is slow and len(bench.link.sources) == 1
+    until(
+        lambda: bench.sources.current is not first and bench.sources.state is S.STREAMING,
+        "the next one",
+    )
+    assert bench.sources.current.grabber is slow and len(bench.sources.all) == 1
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] * 2
     until(lambda: "close" in bench.source.calls, "letting go of the first")
 
 
 def test_a_source_that_is_being_opened_can_be_cancelled(bench):
     first, slow = bench.open_slowly_instead()
-    bench.link.cancel_pending()
+    bench.sources.cancel_pending()
     slow.opening.set()
-    assert bench.link.source is first and bench.link.pending is None
+    assert bench.sources.current is first and bench.sources.pending is None
     until(lambda: slow.calls[-1:] == ["close"] or not slow.calls, "letting go of it")
     bench.link.connect_to("sim:")
-    assert bench.link.source is not first, "the same once more: closed, and opened anew"
+    assert bench.sources.current is not first, "the same once more: closed, and opened anew"
     assert bench.failures == []
 
 
@@ -365,14 +370,17 @@ def test_the_same_camera_under_another_name_is_closed_first_and_reopened_on_fail
     bench.others["sim:address"] = OneCamera(broken, shy)
     bench.link.connect_to("sim:serial")
     bench.until(S.STREAMING)
-    first = bench.link.source
+    first = bench.sources.current
     if broken:
         bench.others["sim:serial"] = OneCamera()  # the one that comes back
     bench.link.connect_to("sim:address")
-    until(lambda: bench.link.source not in (first, None) and bench.link.state is S.STREAMING, "the next one")
-    assert str(bench.link.source.uri) == ("sim:serial" if broken else "sim:address")
+    until(
+        lambda: bench.sources.current not in (first, None) and bench.sources.state is S.STREAMING,
+        "the next one",
+    )
+    assert str(bench.sources.current.uri) == ("sim:serial" if broken else "sim:address")
     assert bench.failures == (["another application controls it"] if broken else [])
-    assert not bench.link.source.read_only and len(bench.link.sources) == 1
+    assert not bench.sources.current.read_only and len(bench.sources.all) == 1
 
 
 class Pair:
@@ -383,15 +391,15 @@ class Pair:
         self.other = bench.others["sim:colour"] = Source()
         bench.link.connect_to("sim:")
         bench.until(S.STREAMING)
-        self.first = bench.link.source
+        self.first = bench.sources.current
         bench.link.open_additional("sim:colour")
-        self.beside = bench.link.sources[1]
+        self.beside = bench.sources.all[1]
         deadline = time.monotonic() + PATIENCE
         while self.beside.state is not S.STREAMING and time.monotonic() < deadline:
             time.sleep(0.002)
-        bench.link.opened.connect(lambda source: self.reported.append(("opened", source)))
-        bench.link.closing.connect(lambda source: self.reported.append(("closing", source)))
-        bench.link.ending.connect(lambda source: self.reported.append(("ending", source)))
+        bench.sources.opened.connect(lambda source: self.reported.append(("opened", source)))
+        bench.sources.closing.connect(lambda source: self.reported.append(("closing", source)))
+        bench.sources.ending.connect(lambda source: self.reported.append(("ending", source)))
         del bench.states[:]
 
 
@@ -401,39 +409,43 @@ def pair(bench):
 
 
 def test_a_source_opened_in_the_background_leaves_the_other_current(bench, pair):
-    assert bench.link.source is pair.first and pair.beside.state is S.STREAMING
+    assert bench.sources.current is pair.first and pair.beside.state is S.STREAMING
     assert bench.source.streaming and pair.other.streaming
     assert bench.states == [], "nothing happened to the one at hand"
 
 
 def test_a_source_made_current_is_announced_like_a_newly_opened_one(bench, pair):
-    bench.link.make_current(pair.beside)
+    bench.sources.make_current(pair.beside)
     assert pair.reported == [("closing", pair.first), ("opened", pair.beside)]
     assert bench.states == [S.OPENING, S.STREAMING]
-    assert bench.link.source is pair.beside and bench.source.streaming, "the first goes on aside"
+    assert bench.sources.current is pair.beside and bench.source.streaming, "the first goes on aside"
     bench.link.connect_to("sim:")
-    assert bench.link.source is pair.first, "connecting to what is aside brings it forward"
+    assert bench.sources.current is pair.first, "connecting to what is aside brings it forward"
     assert bench.source.calls == ["open", "start"]
 
 
 def test_closing_one_leaves_the_other(bench, pair):
-    bench.link.close(pair.beside)
+    bench.sources.close(pair.beside)
     assert pair.reported == [("ending", pair.beside)] and bench.states == []
-    assert bench.link.wait_closed(PATIENCE) and "close" in pair.other.calls
-    assert bench.link.sources == (pair.first,)
+    assert bench.sources.wait_closed(PATIENCE) and "close" in pair.other.calls
+    assert bench.sources.all == (pair.first,)
 
 
 def test_when_the_current_source_is_closed_the_other_becomes_current(bench, pair):
-    bench.link.disconnect()
+    bench.sources.close_current()
     assert pair.reported[:2] == [("closing", pair.first), ("ending", pair.first)]
-    assert bench.link.source is pair.beside and bench.states == [S.CLOSED, S.OPENING, S.STREAMING]
+    assert bench.sources.current is pair.beside and bench.states == [
+        S.CLOSED,
+        S.OPENING,
+        S.STREAMING,
+    ]
 
 
 def test_an_open_source_is_not_opened_in_the_background(bench, pair):
     for uri in ("sim:", "sim:colour"):
         bench.link.open_additional(uri)
     assert bench.failures == ["sim: is open already", "sim:colour is open already"]
-    assert len(bench.link.sources) == 2
+    assert len(bench.sources.all) == 2
 
 
 def test_a_background_source_that_fails_to_open_is_reported_and_removed(bench, pair):
@@ -441,5 +453,5 @@ def test_a_background_source_that_fails_to_open_is_reported_and_removed(bench, p
     broken.problem = TransportError("no such camera")
     bench.link.open_additional("sim:scene")
     until(lambda: bench.failures, "the failure")
-    assert bench.failures == ["no such camera"] and bench.link.source is pair.first
-    assert len(bench.link.sources) == 2
+    assert bench.failures == ["no such camera"] and bench.sources.current is pair.first
+    assert len(bench.sources.all) == 2

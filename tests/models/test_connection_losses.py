@@ -14,8 +14,8 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import Category, FeatureDescription, FeatureKind
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.settings import SettingKey
-from grabbergui.models.connection import Connection
 from grabbergui.models.messages import Severity
+from grabbergui.models.source_opener import SourceOpener
 from lost_camera import away
 from patience import PATIENCE, until
 
@@ -34,12 +34,12 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
     for losses in (1, 2):
         lose(bench)
         lose(bench)  # said by two threads, it is still one loss
-        assert bench.link.state is S.LOST
+        assert bench.sources.state is S.LOST
         (said,) = bench.said()
         assert re.match(r"Reconnecting since \d\d:\d\d:\d\d: the camera does not answer", said)
         assert ("(×2)" in said) == (losses == 2)
         come_back(bench)
-        assert bench.link.state is S.STREAMING
+        assert bench.sources.state is S.STREAMING
         (said,) = bench.said()
         assert said.startswith("Back after ") and "s, set as before" in said
     assert len(bench.failures) == 2
@@ -49,7 +49,7 @@ def test_a_source_that_returns_with_other_features_shows_these(bench):
     """A driver node that was started with other parameters, or a camera with new firmware."""
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    features, shown = bench.link.source.features, []
+    features, shown = bench.sources.current.features, []
     features.structure_changed.connect(lambda: shown.append(features.root))
     lose(bench)
     come_back(bench)
@@ -77,18 +77,18 @@ def test_a_source_lost_while_a_call_ends_is_lost(bench, call):
     until(lambda: "start" in source.calls)
     if call == "stop":
         bench.until(S.STREAMING)
-        bench.link.stop()
-    opened = bench.link.source
+        bench.link.stream.stop()
+    opened = bench.sources.current
     until(lambda: opened.losses == 1)
     opened.worker.submit(lambda: None, done=lambda _: source.calls.append("done"))
     until(lambda: "done" in source.calls)
-    assert bench.link.state is S.LOST and bench.link.reason == "the camera does not answer"
+    assert bench.sources.state is S.LOST and bench.sources.reason == "the camera does not answer"
     assert any(said.startswith("Reconnecting since") for said in bench.said())
     source.start_problem = None
     if call == "open":
         source.start()  # as a camera does that was to start when it was lost
     come_back(bench)
-    assert bench.link.state is (S.OPEN if call == "stop" else S.STREAMING)
+    assert bench.sources.state is (S.OPEN if call == "stop" else S.STREAMING)
 
 
 def test_a_source_lost_before_it_replaces_another_is_lost(bench):
@@ -97,14 +97,14 @@ def test_a_source_lost_before_it_replaces_another_is_lost(bench):
     slow.connection_changed.emit(ConnectionState.LOST, "unplugged")
     slow.opening.set()
     until(lambda: "start" in slow.calls)
-    opened = bench.link.source
+    opened = bench.sources.current
     opened.worker.submit(lambda: None, done=lambda _: slow.calls.append("done"))
     until(lambda: "done" in slow.calls)
-    assert (bench.link.state, bench.link.reason) == (S.LOST, "unplugged")
+    assert (bench.sources.state, bench.sources.reason) == (S.LOST, "unplugged")
     (said,) = bench.said()
     assert said.startswith("Reconnecting since") and said.endswith("unplugged")
     slow.connection_changed.emit(ConnectionState.OPEN, "")
-    assert bench.link.state is S.STREAMING
+    assert bench.sources.state is S.STREAMING
 
 
 def test_a_new_reason_for_the_same_loss_is_shown(bench):
@@ -112,14 +112,17 @@ def test_a_new_reason_for_the_same_loss_is_shown(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     lose(bench)
-    lost_since = bench.link.source.lost_since
+    lost_since = bench.sources.current.lost_since
     bench.source.connection_changed.emit(ConnectionState.LOST, "another camera is at its address")
     (said,) = bench.said()
     assert said.startswith("Reconnecting since") and said.endswith("another camera is at its address")
-    assert bench.link.reason == "another camera is at its address"
-    assert (bench.link.source.losses, bench.link.source.lost_since) == (1, lost_since)
+    assert bench.sources.reason == "another camera is at its address"
+    assert (bench.sources.current.losses, bench.sources.current.lost_since) == (
+        1,
+        lost_since,
+    )
     come_back(bench)
-    assert bench.link.source.lost_since is None and bench.link.state is S.STREAMING
+    assert bench.sources.current.lost_since is None and bench.sources.state is S.STREAMING
 
 
 def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
@@ -128,13 +131,13 @@ def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
     lose(bench)
     bench.source.unlike_before = ("Gain=6: the camera answered: busy",)
     come_back(bench)
-    (message,) = bench.link.messages.shown(bench.link.source)
+    (message,) = bench.link.messages.shown(bench.sources.current)
     assert "but not as before: Gain=6" in message.text
     assert (message.severity, message.ends) == (Severity.WARNING, None)
     bench.link.messages.dismiss(message)
     bench.source.unlike_before = ()
     lose(bench)
-    (lost,) = bench.link.messages.shown(bench.link.source)
+    (lost,) = bench.link.messages.shown(bench.sources.current)
     assert "reconnecting since" in lost.text, "a new loss is news"
     bench.link.messages.dismiss(lost)
     come_back(bench)
@@ -147,7 +150,7 @@ def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench)
     lose(bench)
     bench.source.changed_meanwhile = tuple(f"{name} is 2 instead of 1" for name in "abcde")
     come_back(bench)
-    (message,) = bench.link.messages.shown(bench.link.source)
+    (message,) = bench.link.messages.shown(bench.sources.current)
     assert "set as before; changed meanwhile, not by us: a is 2 instead of 1; b" in message.text
     assert message.text.endswith("; and 2 more")
     assert (message.severity, message.ends) == (Severity.WARNING, None)
@@ -155,24 +158,24 @@ def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench)
 
 def test_a_loss_and_the_differences_after_it_are_logged_once(caplog):
     caplog.set_level("INFO")
-    link = Connection()
+    link = SourceOpener()
     link.connect_to("sim:?width=64&height=48")
-    until(lambda: link.state is S.STREAMING)
-    camera = link.source.grabber
+    until(lambda: link.open_sources.state is S.STREAMING)
+    camera = link.open_sources.current.grabber
     with away(camera, "the cable is out"):
         camera._writes().memory.note(SettingKey("Gain"), 0.004)
-        until(lambda: link.state is S.LOST)
-    until(lambda: link.messages.shown(link.source)[0].text.startswith("back after"))
-    assert "Gain is 0 instead of 0.004" in link.messages.shown(link.source)[0].text
+        until(lambda: link.open_sources.state is S.LOST)
+    until(lambda: link.messages.shown(link.open_sources.current)[0].text.startswith("back after"))
+    assert "Gain is 0 instead of 0.004" in link.messages.shown(link.open_sources.current)[0].text
     assert [caplog.text.count(said) for said in ("the cable is out", "Gain is 0 instead of 0.004")] == [1, 1]
-    link.close_all()
-    link.wait_closed(PATIENCE)
+    link.open_sources.close_all()
+    link.open_sources.wait_closed(PATIENCE)
 
 
 def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    features = bench.link.source.features
+    features = bench.sources.current.features
     features.failed.emit(TransportError("no answer within 0.5 s"))
     assert bench.said() == ["No answer within 0.5 s"]
     lose(bench)
@@ -187,14 +190,14 @@ def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
 def test_a_refused_write_is_shown_for_its_own_camera_only(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    first = bench.link.source
+    first = bench.sources.current
     bench.others["sim:2"] = Source()
     bench.link.open_additional("sim:2")
     first.features.failed.emit(FeatureValueError("Gain=99 is above 24", "Gain"))
     assert bench.said() == ["Gain=99 is above 24"]
-    second = bench.link.sources[1]
+    second = bench.sources.all[1]
     until(lambda: second.state is S.STREAMING)
-    bench.link.make_current(second)
+    bench.sources.make_current(second)
     assert bench.said() == []
 
 

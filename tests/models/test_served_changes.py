@@ -9,8 +9,8 @@ from operator_bench import NETWORK, OPERATOR, UNDO
 from grabbergui import sources
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.change_tracking import CONSEQUENCES, revert
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.source_opener import SourceOpener
 from patience import PATIENCE
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
@@ -21,15 +21,15 @@ def served():
     """A camera that is on a network too, and a connection to it as the window makes one."""
     camera = sources.create(URI)
     camera.open()
-    link = Connection(lambda uri: SharedGrabber(camera))
+    link = SourceOpener(lambda uri: SharedGrabber(camera))
     link.connect_to("sim:", start=False)
     deadline = time.monotonic() + PATIENCE
-    while link.state is not LinkState.OPEN:
+    while link.open_sources.state is not LinkState.OPEN:
         assert time.monotonic() < deadline
         time.sleep(0.005)
-    yield camera, link.source
-    link.disconnect()
-    assert link.wait_closed(PATIENCE)
+    yield camera, link.open_sources.current
+    link.open_sources.close_current()
+    assert link.open_sources.wait_closed(PATIENCE)
     camera.close()
 
 

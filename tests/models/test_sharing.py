@@ -10,10 +10,10 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import FeatureAccessError, SourceUnavailableError
 from grabbergui.models.change import Origin
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.share import Network, ReaderMeter, Remedy, ShareOptions, ShareState
 from grabbergui.models.sharing import Served, Sharing, peer_changes
+from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.undo_steps import Direction
 from grabbergui.net.readers import Reader
 from grabbergui.net.yarp.os.name_server import NameServer
@@ -26,17 +26,17 @@ FIRST_IMAGE = 1.0
 
 @pytest.fixture
 def connection():
-    link = Connection()
+    link = SourceOpener()
     link.connect_to(URI)
-    until(lambda: link.state is LinkState.STREAMING)
+    until(lambda: link.open_sources.state is LinkState.STREAMING)
     yield link
-    link.close_all()
-    assert link.wait_closed(PATIENCE)
+    link.open_sources.close_all()
+    assert link.open_sources.wait_closed(PATIENCE)
 
 
 @pytest.fixture
 def sharing(connection):
-    model = Sharing(connection)
+    model = Sharing(connection.open_sources, connection.stream)
     yield model
     assert model.close(PATIENCE)
 
@@ -76,7 +76,7 @@ def remote(name_server):
 
 
 def test_a_shared_camera_is_read_and_set_over_yarp(connection, sharing, name_server, remote):
-    source = connection.source
+    source = connection.open_sources.current
     sharing.share(source, Network.YARP, ShareOptions("/cam", name_server))
     assert status(sharing, source, ShareState.ON).places[0].startswith("/cam at tcp://")
     other = remote()
@@ -98,56 +98,60 @@ def test_the_first_remote_image_is_there_soon(connection, sharing, name_server, 
     for number, watch in enumerate(attempts(FIRST_IMAGE)):
         name = f"/soon{number}"
         with watch:
-            sharing.share(connection.source, Network.YARP, ShareOptions(name, name_server))
-            status(sharing, connection.source, ShareState.ON)
+            sharing.share(connection.open_sources.current, Network.YARP, ShareOptions(name, name_server))
+            status(sharing, connection.open_sources.current, ShareState.ON)
             queue = remote(name).open_queue(1)
             queue.get(PATIENCE)
         queue.close()
-        sharing.stop(connection.source, Network.YARP)
-        until(lambda: not sharing.of(connection.source))
+        sharing.stop(connection.open_sources.current, Network.YARP)
+        until(lambda: not sharing.of(connection.open_sources.current))
 
 
 def test_without_a_name_server_one_can_be_run_here(connection, sharing):
     with NameServer(port=0) as server:
         free = f"127.0.0.1:{server.port_number}"
     options = ShareOptions("/cam", free)
-    sharing.share(connection.source, Network.YARP, options)
-    failed = status(sharing, connection.source, ShareState.FAILED)
+    sharing.share(connection.open_sources.current, Network.YARP, options)
+    failed = status(sharing, connection.open_sources.current, ShareState.FAILED)
     assert failed.problem == f"no YARP name server answers at {free}"
     assert failed.remedy is Remedy.NAME_SERVER
-    sharing.share(connection.source, Network.YARP, replace(options, own_nameserver=True))
-    assert status(sharing, connection.source, ShareState.ON).places
+    sharing.share(connection.open_sources.current, Network.YARP, replace(options, own_nameserver=True))
+    assert status(sharing, connection.open_sources.current, ShareState.ON).places
 
 
 def test_a_name_server_that_runs_already_is_used(connection, sharing, name_server):
     options = ShareOptions("/cam", name_server, own_nameserver=True)
-    sharing.share(connection.source, Network.YARP, options)
-    assert status(sharing, connection.source, ShareState.ON)
+    sharing.share(connection.open_sources.current, Network.YARP, options)
+    assert status(sharing, connection.open_sources.current, ShareState.ON)
 
 
 @pytest.mark.parametrize("address", ["nonsense", "host:0x10", "host:70000", ":1"])
 def test_a_malformed_address_of_a_name_server_is_named(connection, sharing, address):
-    sharing.share(connection.source, Network.YARP, ShareOptions("/cam", address, own_nameserver=True))
-    assert address in status(sharing, connection.source, ShareState.FAILED).problem
+    sharing.share(
+        connection.open_sources.current, Network.YARP, ShareOptions("/cam", address, own_nameserver=True)
+    )
+    assert address in status(sharing, connection.open_sources.current, ShareState.FAILED).problem
 
 
 def test_who_may_only_look_changes_nothing(connection, sharing, name_server, remote):
-    sharing.share(connection.source, Network.YARP, ShareOptions("/cam", name_server, read_only=True))
-    status(sharing, connection.source, ShareState.ON)
+    sharing.share(
+        connection.open_sources.current, Network.YARP, ShareOptions("/cam", name_server, read_only=True)
+    )
+    status(sharing, connection.open_sources.current, ShareState.ON)
     with pytest.raises(FeatureAccessError, match="read-only"):
         remote().write_feature("Gain", 5.0)
-    assert connection.source.grabber.feature("Gain").value == 0.0
-    assert peer_changes(connection.source) == ()
+    assert connection.open_sources.current.grabber.feature("Gain").value == 0.0
+    assert peer_changes(connection.open_sources.current) == ()
 
 
 def test_a_stopped_camera_starts_when_it_is_shared(connection, sharing, name_server, remote):
-    connection.stop()
-    until(lambda: connection.state is LinkState.OPEN)
-    sharing.share(connection.source, Network.YARP, ShareOptions("/cam", name_server))
-    until(lambda: connection.state is LinkState.STREAMING)
-    sharing.stop(connection.source, Network.YARP)
-    until(lambda: not sharing.of(connection.source))
-    assert connection.source.grabber.streaming
+    connection.stream.stop()
+    until(lambda: connection.open_sources.state is LinkState.OPEN)
+    sharing.share(connection.open_sources.current, Network.YARP, ShareOptions("/cam", name_server))
+    until(lambda: connection.open_sources.state is LinkState.STREAMING)
+    sharing.stop(connection.open_sources.current, Network.YARP)
+    until(lambda: not sharing.of(connection.open_sources.current))
+    assert connection.open_sources.current.grabber.streaming
 
 
 class Scripted:
@@ -177,19 +181,19 @@ class Scripted:
 
 
 def scripted(connection, server):
-    return Sharing(connection, makers={Network.ROS2: lambda *_: server})
+    return Sharing(connection.open_sources, connection.stream, makers={Network.ROS2: lambda *_: server})
 
 
 def test_the_server_stops_before_its_camera_is_closed(connection):
     calls = []
     sharing = scripted(connection, Scripted(calls))
-    source = connection.source
+    source = connection.open_sources.current
     sharing.share(source, Network.ROS2, ShareOptions("/scripted"))
     status(sharing, source, ShareState.ON)
     assert sharing.readers([source]) == sharing.all_readers == ("/viewer",)
     close = source.grabber.close
     source.grabber.close = lambda: (calls.append("camera closed"), close())
-    connection.disconnect()
+    connection.open_sources.close_current()
     until(lambda: "camera closed" in calls)
     assert calls == ["server started", "server stopped", "camera closed"]
     assert sharing.all_readers == ()
@@ -200,12 +204,12 @@ def test_a_server_that_is_slow_to_start_holds_nobody_up(connection):
     server = Scripted([])
     server.go_on.clear()
     sharing = scripted(connection, server)
-    sharing.share(connection.source, Network.ROS2, ShareOptions("/scripted"))
-    assert [shown.state for shown in sharing.of(connection.source)] == [ShareState.STARTING]
-    sharing.stop(connection.source, Network.ROS2)
-    assert [shown.state for shown in sharing.of(connection.source)] == [ShareState.STOPPING]
+    sharing.share(connection.open_sources.current, Network.ROS2, ShareOptions("/scripted"))
+    assert [shown.state for shown in sharing.of(connection.open_sources.current)] == [ShareState.STARTING]
+    sharing.stop(connection.open_sources.current, Network.ROS2)
+    assert [shown.state for shown in sharing.of(connection.open_sources.current)] == [ShareState.STOPPING]
     server.go_on.set()
-    until(lambda: not sharing.of(connection.source))
+    until(lambda: not sharing.of(connection.open_sources.current))
     assert server.calls == ["server started", "server stopped"]
     assert sharing.close(PATIENCE)
 
@@ -213,8 +217,8 @@ def test_a_server_that_is_slow_to_start_holds_nobody_up(connection):
 def test_a_missing_ros_2_comes_with_its_command(connection):
     missing = SourceUnavailableError("ROS 2 is not installed: run `grabbergui setup ros2`, or source it")
     sharing = scripted(connection, Scripted([], missing))
-    sharing.share(connection.source, Network.ROS2, ShareOptions("/scripted"))
-    failed = status(sharing, connection.source, ShareState.FAILED)
+    sharing.share(connection.open_sources.current, Network.ROS2, ShareOptions("/scripted"))
+    failed = status(sharing, connection.open_sources.current, ShareState.FAILED)
     assert (failed.remedy, failed.command) == (Remedy.COMMAND, "grabbergui setup ros2")
     assert sharing.close(PATIENCE)
 
@@ -222,9 +226,9 @@ def test_a_missing_ros_2_comes_with_its_command(connection):
 def test_a_server_that_ran_before_the_window_is_shown_and_stopped(connection, sharing):
     server = Scripted([])
     sharing.adopt(Served(URI, Network.YARP, ShareOptions("/scripted"), server))
-    assert status(sharing, connection.source, ShareState.ON).names == ("/viewer",)
-    sharing.stop(connection.source, Network.YARP)
-    until(lambda: not sharing.of(connection.source))
+    assert status(sharing, connection.open_sources.current, ShareState.ON).names == ("/viewer",)
+    sharing.stop(connection.open_sources.current, Network.YARP)
+    until(lambda: not sharing.of(connection.open_sources.current))
     assert server.calls == ["server stopped"]
 
 

@@ -11,8 +11,8 @@ from connection_bench import Source
 
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import KEEP_MISSES, GalleryModel, ListedSource, SourceListModel
 from patience import PATIENCE, until
 
@@ -285,18 +285,18 @@ def displays():
 
 @pytest.fixture
 def open_sources():
-    connection = Connection()
-    gallery = GalleryModel(connection)
+    connection = SourceOpener()
+    gallery = GalleryModel(connection.open_sources)
 
     def open_them(*uris):
         for uri in uris:
             connection.open_additional(uri)
-        until(lambda: all(source.state is LinkState.STREAMING for source in connection.sources))
+        until(lambda: all(source.state is LinkState.STREAMING for source in connection.open_sources.all))
         return connection, gallery
 
     yield open_them
-    connection.close_all()
-    assert gallery.close(5) and connection.wait_closed(PATIENCE)
+    connection.open_sources.close_all()
+    assert gallery.close(5) and connection.open_sources.wait_closed(PATIENCE)
     assert not displays()
 
 
@@ -310,7 +310,7 @@ def test_one_source_has_no_tile(open_sources):
 
 def test_each_of_several_sources_has_an_image_of_its_own(open_sources):
     connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL)
-    assert [tile.source for tile in gallery.tiles] == list(connection.sources)
+    assert [tile.source for tile in gallery.tiles] == list(connection.open_sources.all)
     shown = {}
 
     def seen():
@@ -330,25 +330,25 @@ def test_one_camera_over_two_networks_has_two_names(bench):
         source.info = replace(remote, uri=uri, bus=bus, address=uri.partition(":")[2])
     bench.link.connect_to("yarp:/left")
     bench.until(LinkState.STREAMING)
-    over_yarp = bench.link.source
+    over_yarp = bench.sources.current
     assert over_yarp.names == ("left eye", "left eye", "left eye")
     for uri in ("ros2:/left", "ros2:/eye"):
         bench.link.open_additional(uri)
-    until(lambda: all(source.state is LinkState.STREAMING for source in bench.link.sources))
-    assert [source.title for source in bench.link.sources] == [
+    until(lambda: all(source.state is LinkState.STREAMING for source in bench.sources.all))
+    assert [source.title for source in bench.sources.all] == [
         "left eye · YARP",
         "left eye · ros2:/left",
         "left eye · /eye",
     ]
-    bench.link.close(bench.link.sources[1])
-    bench.link.close(bench.link.sources[1])
+    bench.sources.close(bench.sources.all[1])
+    bench.sources.close(bench.sources.all[1])
     until(lambda: over_yarp.title == "left eye")
 
 
 def test_a_late_signal_with_older_sources_removes_no_tile(open_sources):
     connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL)
-    connection.sources_changed.emit(connection.sources[:1])
-    assert [tile.source for tile in gallery.tiles] == list(connection.sources)
+    connection.open_sources.changed.emit(connection.open_sources.all[:1])
+    assert [tile.source for tile in gallery.tiles] == list(connection.open_sources.all)
 
 
 def test_tiles_convert_at_the_pace_of_their_views(open_sources):
@@ -360,11 +360,11 @@ def test_tiles_convert_at_the_pace_of_their_views(open_sources):
 
 def test_a_source_that_is_closed_leaves_no_thread_and_no_memory(open_sources):
     connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL, "sim:scene")
-    last = connection.sources[-1]
+    last = connection.open_sources.all[-1]
     gone = [weakref.ref(last), weakref.ref(last.grabber), weakref.ref(gallery.tiles[-1].image)]
-    connection.close(last)
+    connection.open_sources.close(last)
     del last
-    assert connection.wait_closed(PATIENCE)
+    assert connection.open_sources.wait_closed(PATIENCE)
     until(lambda: len(displays()) == 2)
     assert len(gallery.tiles) == 2
 
@@ -377,6 +377,6 @@ def test_a_source_that_is_closed_leaves_no_thread_and_no_memory(open_sources):
 
 def test_with_one_source_left_the_tiles_go(open_sources):
     connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL)
-    connection.disconnect()
-    assert gallery.tiles == () and str(connection.source.uri).startswith("sim:colour")
+    connection.open_sources.close_current()
+    assert gallery.tiles == () and str(connection.open_sources.current.uri).startswith("sim:colour")
     until(lambda: not displays())

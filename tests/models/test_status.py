@@ -8,9 +8,9 @@ from fakes import ScriptedGrabber
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import ConnectionState
-from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Health, StreamHealth
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.status import (
     MOST_STEP,
     Condition,
@@ -112,16 +112,16 @@ class Stand:
     def __init__(self):
         self.now = 0.0
         self.camera = Counting()
-        self.link = Connection(lambda uri: self.camera)
-        self.model = StatusModel(self.link, lambda: self.now)
+        self.link = SourceOpener(lambda uri: self.camera)
+        self.model = StatusModel(self.link.open_sources, lambda: self.now)
         self.link.connect_to("sim:")
-        until(lambda: self.link.state is LinkState.STREAMING)
+        until(lambda: self.link.open_sources.state is LinkState.STREAMING)
 
     def look(self, seconds=0.2, frames=0):
         self.now += seconds
         self.camera.count.frames += frames
         self.model.refresh()
-        return self.model.of(self.link.source)
+        return self.model.of(self.link.open_sources.current)
 
     def wait(self, seconds, frames=0):
         for _ in range(round(seconds / 0.2)):
@@ -134,8 +134,8 @@ def stand():
     stand = Stand()
     yield stand
     stand.model.close()
-    stand.link.close_all()
-    assert stand.link.wait_closed(PATIENCE)
+    stand.link.open_sources.close_all()
+    assert stand.link.open_sources.wait_closed(PATIENCE)
 
 
 def test_a_source_with_frames_is_live_and_silence_is_measured(stand):
@@ -149,7 +149,7 @@ def test_a_source_with_frames_is_live_and_silence_is_measured(stand):
 def test_a_busy_window_is_not_mistaken_for_a_silent_source(stand):
     stand.look()
     assert stand.look(seconds=30).seconds <= MOST_STEP
-    assert stand.model.of(stand.link.source).condition is Condition.STARTING
+    assert stand.model.of(stand.link.open_sources.current).condition is Condition.STARTING
 
 
 def test_a_trigger_that_is_switched_on_is_waited_for(stand):
@@ -169,7 +169,7 @@ def test_a_trigger_that_is_switched_on_is_waited_for(stand):
 def test_a_loss_is_measured_and_ends(stand):
     stand.wait(1, frames=4)
     stand.camera.connection_changed.emit(ConnectionState.LOST, "gone")
-    stand.link.source.lost_since = stand.now
+    stand.link.open_sources.current.lost_since = stand.now
     lost = stand.wait(4)
     assert (lost.condition, lost.text, lost.tone) == (Condition.LOST, "Lost for 4 s", Tone.BAD)
     stand.camera.connection_changed.emit(ConnectionState.OPEN, "")
@@ -178,8 +178,8 @@ def test_a_loss_is_measured_and_ends(stand):
 
 def test_nothing_is_left_of_a_source_that_is_closed(stand):
     stand.look()
-    source, heard = stand.link.source, len(stand.camera.features_changed)
-    stand.link.disconnect()
+    source, heard = stand.link.open_sources.current, len(stand.camera.features_changed)
+    stand.link.open_sources.close_current()
     stand.model.refresh()
     assert len(stand.camera.features_changed) < heard
     assert stand.model.of(None).condition is Condition.CLOSED and source not in stand.model._watches

@@ -37,17 +37,19 @@ class App:
     def errors(self):
         """Return the messages about the current camera, the newest first."""
         program = self.program
-        return [message.text for message in program.messages.shown(program.connection.source)]
+        return [message.text for message in program.messages.shown(program.open_sources.current)]
 
     @property
     def grabber(self):
-        return self.program.connection.source.grabber
+        return self.program.open_sources.current.grabber
 
     def connect(self, uri="sim:?fps=15"):
-        link = self.program.connection
-        before = link.source
+        link = self.program.opener
+        before = link.open_sources.current
         self.program.sources.connect_to(uri)
-        self.until(lambda: link.source is not before and link.state is LinkState.STREAMING)
+        self.until(
+            lambda: link.open_sources.current is not before and link.open_sources.state is LinkState.STREAMING
+        )
         # The window hears of it later, perhaps much later on a busy machine; until then its buttons are off.
         self.until(self.window.recordingBar.recordButton.isEnabled)
         QApplication.processEvents()

@@ -58,7 +58,7 @@ def full_of_panels(app):
     app.until(lambda: window.features.watched)
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    app.program.connection.open_additional("sim:?fps=15")
+    app.program.opener.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.limitBox.setCurrentIndex(1)
     window.actionPause.trigger()
@@ -136,7 +136,7 @@ def test_the_tab_key_visits_every_control_once_and_comes_round(app):
 def test_the_tab_key_leaves_every_tool(app):
     window = full_of_panels(app)
     window.activateWindow()
-    app.program.connection.source.features.write("Gain", 3.0)
+    app.program.open_sources.current.features.write("Gain", 3.0)
     app.until(lambda: window.changes.table.model().rowCount() > 0)
     for dock in (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
                  window.changesDock, window.logDock):  # fmt: skip

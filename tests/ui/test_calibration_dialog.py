@@ -360,7 +360,7 @@ def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(app):
     first.closeButton.click()
     assert opener.dialog is None
     window.actionCalibrate.trigger()
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: opener.dialog is None and not window.actionCalibrate.isEnabled())
     app.until(lambda: "calibrating" not in {thread.name for thread in threading.enumerate()})
 

@@ -116,5 +116,5 @@ def test_the_channels_of_a_camera_are_tabs_and_not_one_image_that_alternates(app
         app.program.image.ready.connect(lambda: shown.append(app.program.image.latest.frame.stream_channel))
         app.watch(8)
         assert set(shown) == {0}
-        app.program.connection.close_all()
-        assert app.program.connection.wait_closed(PATIENCE)
+        app.program.open_sources.close_all()
+        assert app.program.open_sources.wait_closed(PATIENCE)

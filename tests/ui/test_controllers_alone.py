@@ -9,10 +9,10 @@ from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QAction
 
 import grabbergui.ui.controllers
-from grabbergui.models.connection import Connection
 from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import MessageModel, Severity
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
@@ -47,12 +47,12 @@ class NoFiles:
 def program(qapp):
     """The models that any controller gets."""
     owner, messages = QObject(), MessageModel()
-    connection = Connection(messages=messages)
+    open_sources = OpenSources(messages)
     yield SimpleNamespace(
         owner=owner,
         messages=messages,
-        connection=connection,
-        said=CurrentMessages(messages, lambda: connection.source),
+        open_sources=open_sources,
+        said=CurrentMessages(messages, lambda: open_sources.current),
     )
     owner.deleteLater()
     qapp.processEvents()
@@ -70,7 +70,7 @@ def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
     bar = PauseBar()
     qtbot.addWidget(bar)
     controller = PauseController(
-        buttons, bar, program.connection, ImageModel(), FrameHistory(), program.said, program.owner
+        buttons, bar, program.open_sources, ImageModel(), FrameHistory(), program.said, program.owner
     )
 
     buttons.actionPause.setChecked(True)
@@ -96,7 +96,7 @@ class Undrawn:
 
 def test_a_region_cannot_be_drawn_where_there_is_no_image(program, qtbot):
     buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn(qtbot)
-    RegionController(buttons, view, program.connection, ImageModel(), program.said, program.owner)
+    RegionController(buttons, view, program.open_sources, ImageModel(), program.said, program.owner)
     buttons.actionRegion.setEnabled(True)
 
     buttons.actionRegion.trigger()
@@ -110,7 +110,7 @@ def test_loading_a_calibration_that_is_cancelled_does_nothing(program):
     buttons = actions(program.owner, "actionCalibrate", "actionLoadCalibration", "actionShowCalibration")
     files, image = NoFiles(), ImageModel()
     CalibrationViewController(
-        buttons, Painted(), files, program.connection, image, program.said, program.owner
+        buttons, Painted(), files, program.open_sources, image, program.said, program.owner
     )
 
     assert not buttons.actionLoadCalibration.isEnabled()  # there is no camera

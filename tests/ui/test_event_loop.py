@@ -55,8 +55,8 @@ def turns_of_the_event_loop():
 
 
 def disconnected(app):
-    app.program.connection.disconnect()
-    app.until(lambda: app.program.connection.state is LinkState.CLOSED)
+    app.program.open_sources.close_current()
+    app.until(lambda: app.program.open_sources.state is LinkState.CLOSED)
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_the_wide_camera_is_as_large_as_the_largest():
 @pytest.mark.timeout(BUILDING + 80)
 def test_no_turn_takes_100_ms_while_a_camera_of_3500_nodes_opens_is_shown_and_streams(warm_desk):
     app = warm_desk
-    app.program.connection._create = create_wide
+    app.program.opener._create = create_wide
 
     def attempt():
         with turns_of_the_event_loop() as turns:
@@ -136,10 +136,10 @@ def test_no_turn_takes_100_ms_while_real_cameras_descriptions_open(warm_desk):
     def attempt():
         phases = {}
         for path in sorted(VENDORS.glob("*.xml")):
-            app.program.connection._create = lambda _, path=path: DeviceGrabber(XmlDevice(path.read_bytes()))
+            app.program.opener._create = lambda _, path=path: DeviceGrabber(XmlDevice(path.read_bytes()))
             with turns_of_the_event_loop() as turns:
                 app.program.sources.connect_to("sim:")
-                app.until(lambda: app.program.connection.state is LinkState.OPEN)
+                app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
                 app.until(lambda: any(s.isVisible() for s in app.window.features.findChildren(Section)))
                 app.qtbot.wait(200)
             disconnected(app)

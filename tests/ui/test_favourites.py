@@ -132,7 +132,7 @@ def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back
 
 
 def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
-    source = app.program.connection.source
+    source = app.program.open_sources.current
     names = [d.name for d in source.features.root.descriptions() if d.name not in USUAL]
     for name in names[: MOST_PINNED - 3]:
         app.program.favourites.add(name)
@@ -170,7 +170,7 @@ def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(app):
     app.program.favourites.remove("Gain")
     chosen = ("ExposureTime", "AcquisitionFrameRate", "TriggerMode")
     app.window.histogramDock.show()
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: pinned(app) == ())
     app.window.histogramDock.hide()
     app.connect("sim:?width=64&height=64")

@@ -23,14 +23,14 @@ def two_cameras(app):
     app.until(view.besideButton.isVisible)
     app.qtbot.mouseClick(view.besideButton, Qt.LeftButton)
     app.until(lambda: len(app.window.gallery.tiles) == 2)
-    app.until(lambda: all(s.state is LinkState.STREAMING for s in app.program.connection.sources))
+    app.until(lambda: all(s.state is LinkState.STREAMING for s in app.program.open_sources.all))
     app.until(lambda: all(tile.thumbnail.image for tile in app.window.gallery.tiles))
     return app.window.gallery.tiles
 
 
 def test_a_second_camera_opens_in_a_tile_and_the_first_stays_current(app):
     first, second = two_cameras(app)
-    assert str(app.program.connection.source.uri) == GREY
+    assert str(app.program.open_sources.current.uri) == GREY
     assert app.window.gallery.isVisible()
     assert first.property("current") and not second.property("current")
     assert second.titleLabel.shown in ("Simulated colour camera SIM002", "SIM002")
@@ -50,7 +50,7 @@ def test_late_signals_with_older_sources_change_nothing(app):
         return [view.item(row).data(SOURCE_ROLE).connected for row in range(view.count())]
 
     app.until(lambda: connected() == [True, True])
-    program.connection.sources_changed.emit(())
+    program.open_sources.changed.emit(())
     program.source_list.changed.emit(())
     assert connected() == [True, True] and len(app.window.gallery.tiles) == 2
 
@@ -96,7 +96,7 @@ def test_values_changed_meanwhile_are_shown_when_it_becomes_current_again(app):
 
 def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(app):
     _, second = two_cameras(app)
-    source = app.program.connection.sources[1]
+    source = app.program.open_sources.all[1]
     tile = app.program.gallery.tiles[1]
     gone = [weakref.ref(thing) for thing in (source, source.grabber, tile, tile.image)]
     del source, tile
@@ -109,7 +109,7 @@ def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(app):
     assert of_colour
     app.qtbot.mouseClick(second.closeButton, Qt.LeftButton)
     app.until(lambda: not app.window.gallery.isVisible())
-    assert app.program.connection.wait_closed(PATIENCE)
+    assert app.program.open_sources.wait_closed(PATIENCE)
     app.watch()
     app.until(lambda: threads() == (0, displays - 2))  # one camera needs no tiles
 
@@ -122,7 +122,7 @@ def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(app):
 
 def test_closing_the_current_camera_makes_the_other_current(app):
     two_cameras(app)
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: "colour" in app.window.windowTitle())
     app.watch()
     assert not app.window.gallery.isVisible() and not app.errors
@@ -130,12 +130,12 @@ def test_closing_the_current_camera_makes_the_other_current(app):
 
 def test_a_recording_goes_on_while_another_camera_is_current(app):
     tile, second = two_cameras(app)
-    recorded, recordings = app.program.connection.source, app.program.recordings
+    recorded, recordings = app.program.open_sources.current, app.program.recordings
     bar = app.window.recordingBar
     bar.recordButton.click()
     app.until(lambda: "frames" in bar.progressLabel.text() and bar.recordButton.isChecked())
     app.qtbot.mouseClick(second, Qt.LeftButton)
-    app.until(lambda: str(app.program.connection.source.uri) == COLOUR)
+    app.until(lambda: str(app.program.open_sources.current.uri) == COLOUR)
     app.watch()
     assert recordings.runs(recorded) and not bar.recordButton.isChecked()
     app.qtbot.mouseClick(tile, Qt.LeftButton)
@@ -152,13 +152,13 @@ def test_a_camera_that_cannot_be_opened_beside_leaves_no_tile(app):
     app.until(lambda: app.errors)
     assert "no simulated camera 'nonsense'" in app.errors[0]
     app.until(lambda: not app.window.gallery.tiles)
-    assert app.program.connection.state is LinkState.STREAMING
+    assert app.program.open_sources.state is LinkState.STREAMING
 
 
 def test_a_camera_that_comes_back_has_its_controls_as_they_were_and_true(app):
     two_cameras(app)
-    app, window, connection = app, app.window, app.program.connection
-    first, second = connection.sources
+    app, window, connection = app, app.window, app.program.opener
+    first, second = connection.open_sources.all
     panel, cards = window.features.rows, window.favourites.rows
 
     def gain():
@@ -169,14 +169,14 @@ def test_a_camera_that_comes_back_has_its_controls_as_they_were_and_true(app):
     row, card = panel.rows("AcquisitionMode")[0], cards.rows("Gain")[0]
     window.features.section("ImageFormatControl").header.click()
     opened = window.features.section("ImageFormatControl").open
-    connection.make_current(second)
+    connection.open_sources.make_current(second)
     app.until(lambda: cards.rows("Gain")[:1] not in ([], [card]) and gain() is not None)
     assert not card.isVisible()
     first.grabber.write_feature("Gain", 6.0)  # by somebody else, while it is in the background
-    connection.make_current(first)
+    connection.open_sources.make_current(first)
     app.until(lambda: cards.rows("Gain")[:1] == [card] and gain() == "6 dB")
     assert panel.rows("AcquisitionMode")[0] is row
     assert card.isVisible() and window.features.section("ImageFormatControl").open is opened
-    connection.close(second)
+    connection.open_sources.close(second)
     app.until(lambda: len(window.features._sections) == 1)
     assert not app.errors

@@ -158,7 +158,7 @@ def test_the_value_under_the_cursor_is_the_sensors(app):
     app.connect()
     app.watch()
     app.window.actionStop.trigger()
-    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
     view, frame = app.window.image, app.program.image.frame
     view.canvas.zoomBy(8 / view.canvas.zoom)
     middle_x, middle_y = frame.width // 2, frame.height // 2
@@ -289,8 +289,8 @@ def test_a_minimised_window_converts_few_frames_and_shows_the_newest_when_it_is_
     converted, received, begun = image.converted, image.received, time.monotonic()
     app.until(lambda: image.received >= received + 90)
     assert image.converted - converted <= (time.monotonic() - begun) / PAINT_WAIT + 2
-    app.program.connection.stop()
-    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    app.program.opener.stream.stop()
+    app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
     painted = []
     window.image.painted.connect(lambda: painted.append(1))
     window.showNormal()

@@ -52,17 +52,19 @@ def test_settings_are_saved_changed_loaded_and_rolled_back(app, tmp_path):
 @pytest.fixture
 def switch_while_it_works(app):
     """Begin something with the first camera, make a second one current, and let the first one go on."""
-    link, first = app.program.connection, app.program.connection.source
+    link, first = app.program.opener, app.program.open_sources.current
     link.open_additional("sim:colour?width=320&height=240")
-    app.until(lambda: len(link.sources) == 2 and link.sources[1].state is LinkState.STREAMING)
-    second = link.sources[1]
+    app.until(
+        lambda: len(link.open_sources.all) == 2 and link.open_sources.all[1].state is LinkState.STREAMING
+    )
+    second = link.open_sources.all[1]
 
     def switch(begin):
         gate = threading.Event()
         first.worker.submit(lambda: gate.wait(PATIENCE))
         begin()
-        link.make_current(second)
-        app.until(lambda: app.program.connection.source is second)
+        link.open_sources.make_current(second)
+        app.until(lambda: app.program.open_sources.current is second)
         gate.set()
         return first, second
 
@@ -115,7 +117,7 @@ def test_tables_and_sets_of_a_camera_that_is_no_longer_current_are_not_shown(
 def test_loading_waits_for_the_last_write_of_a_slider(app, tmp_path):
     keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
-    features = app.program.connection.source.features
+    features = app.program.open_sources.current.features
     features._throttle.interval = 0.5  # so that loading would have all the time to come first
     features.write("Gain", 6.0)
     app.until(lambda: app.grabber.feature("Gain").value == 6)
@@ -195,15 +197,15 @@ def test_a_recording_is_made_and_played_back(app, monkeypatch):
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     app.until(bar.playButton.isVisible)
     assert not bar.recordButton.isChecked()
-    camera = app.program.connection.source
+    camera = app.program.open_sources.current
     app.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
-    app.until(lambda: str(app.program.connection.source.uri).startswith("file:"))
+    app.until(lambda: str(app.program.open_sources.current.uri).startswith("file:"))
     app.watch()
-    played = app.program.connection.source
+    played = app.program.open_sources.current
     assert app.grabber.feature("PlaybackFrameCount").value >= 1
-    app.program.connection.disconnect()
-    app.until(lambda: app.program.connection.source not in (played, None))
-    assert app.program.connection.sources == (camera,) == (app.program.connection.source,)
+    app.program.open_sources.close_current()
+    app.until(lambda: app.program.open_sources.current not in (played, None))
+    assert app.program.open_sources.all == (camera,) == (app.program.open_sources.current,)
     assert camera.state is LinkState.STREAMING, "it was never closed"
 
 
@@ -211,7 +213,7 @@ def test_a_recording_ends_with_its_camera(app):
     bar = app.window.recordingBar
     bar.recordButton.click()
     app.until(bar.recordButton.isChecked)
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: not bar.recordButton.isChecked())
     assert not bar.recordButton.isEnabled()
 
@@ -345,7 +347,7 @@ def test_closing_the_camera_ends_work_in_progress(app, tmp_path, monkeypatch):
     monkeypatch.setattr(app.grabber, "feature", slowly)
     app.program.settings_files.save(tmp_path / "settings.yaml")
     app.until(lambda: app.window.image.tasks.rows and app.window.image.tasks.rows[0].bar.value() > 0)
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: not app.window.image.tasks.rows)
     assert not (tmp_path / "settings.yaml").exists()
 
@@ -452,7 +454,7 @@ def test_settings_are_kept_in_the_camera_and_come_back(app):
 def test_the_dialog_goes_with_its_camera(app):
     dialog = sets_dialog(app)
     assert dialog.isVisible()
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: app.program.user_sets.dialog is None)
     assert not app.window.actionUserSets.isEnabled()
 

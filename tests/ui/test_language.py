@@ -130,7 +130,7 @@ def test_nothing_of_the_window_stays_in_english(spanish, app):
     app.watch()
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.recordButton.click()
     app.until(lambda: "imágenes" in window.recordingBar.progressLabel.text())
@@ -295,7 +295,7 @@ def test_numbers_have_the_languages_decimal_point(spanish, app):
         app.qtbot.wait(50)
     window.actionClipping.trigger()
     window.actionPause.trigger()
-    app.program.connection.source.features.write("Gain", 7.5)
+    app.program.open_sources.current.features.write("Gain", 7.5)
     gain = window.favourites.rows.rows("Gain")[0]
     app.until(lambda: gain.editor is not None and gain.editor.field.text() == "7,5 dB")
     app.until(lambda: "," in window.histogram.figuresLabel.text())

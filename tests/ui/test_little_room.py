@@ -37,7 +37,7 @@ LEAST_CHOICE = 60
 def test_the_whole_window_fits_800_pixels(app):
     app.connect()
     window = app.window
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.setPlayable("what was recorded")
     window.resize(800, 600)
@@ -92,7 +92,7 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
     app = make_app()
     window = app.window
     app.connect("sim:colour?fps=15")
-    app.program.connection.open_additional("sim:?fps=15")
+    app.program.opener.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
     app.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
     window.resize(800, 600)
@@ -158,14 +158,14 @@ def test_tiles_for_which_the_screen_is_too_low_return_on_a_higher_one(make_app, 
     app = make_app()
     window = app.window
     app.connect("sim:?fps=15")
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     on_screen(638, 360)
     window.resize(638, 360)
     app.until(lambda: (window.width(), window.height()) == (638, 360))
     assert window.gallery.isHidden() and len(window.gallery.tiles) == 2
     app.until(lambda: is_whole(window.recordingBar.recordButton))
-    app.program.connection.open_additional("sim:?fps=14")
+    app.program.opener.open_additional("sim:?fps=14")
     app.until(lambda: len(window.gallery.tiles) == 3)
     app.qtbot.wait(20)
     assert window.gallery.isHidden() and window.height() == 360
@@ -200,7 +200,7 @@ def test_a_window_that_grows_on_a_low_screen_hides_its_tiles_and_stays_on_it(
     app = make_app()
     window = app.window
     app.connect("sim:?fps=15")
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.sourcesDock.close()
     window.featuresDock.close()
@@ -310,7 +310,7 @@ def test_the_address_and_the_filter_come_to_the_front(app, on_screen):
 def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app):
     window = app.window
     app.connect("sim:colour?fps=15")
-    app.program.connection.open_additional("sim:?fps=15")
+    app.program.opener.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
     app.until(lambda: window.favouritesArea.height() == window.favourites.height())
     window.resize(800, 600)
@@ -354,13 +354,13 @@ def test_long_names_of_cameras_push_nothing_out(make_app, name):
             return camera
 
         app = make_app()
-        app.program.connection._create = named
+        app.program.opener._create = named
         app.window.resize(800, 600)
         app.connect("sim:?width=320&height=240")
-        app.program.connection.open_additional("sim:colour?width=320&height=240")
+        app.program.opener.open_additional("sim:colour?width=320&height=240")
         app.until(lambda: len(app.window.gallery.tiles) == 2)
         app.watch()
-        assert app.program.connection.source.title.startswith(name)
+        assert app.program.open_sources.current.title.startswith(name)
         assert (app.window.width(), app.window.height()) == (800, 600)
         found = app.settled(lambda: (app.window.minimumSizeHint().width(), clipped(app.window)))
         app.window.hide()
@@ -384,7 +384,7 @@ def test_a_note_in_a_low_window_shows_its_beginning(app):
 def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):
     window = app.window
     app.connect()
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.resize(800, 600)
     app.until(lambda: window.centre.height() >= window.centre.minimumSizeHint().height() > 0)
@@ -443,7 +443,7 @@ def test_the_overflow_arrow_of_the_tool_bar_is_whole(app, qapp, request):
 
 def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(app):
     app.connect()
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.window.resize(1280, 800)
     bar = app.window.recordingBar
     bar.limitBox.setCurrentIndex(1)

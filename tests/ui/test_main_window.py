@@ -48,16 +48,16 @@ def test_moving_a_slider_changes_the_cameras_register(app):
 
 
 def test_stop_and_start(app):
-    window, link = app.window, app.program.connection
+    window, link = app.window, app.program.opener
     app.connect()
     app.watch()
     window.actionStop.trigger()
-    app.until(lambda: link.state is LinkState.OPEN)
+    app.until(lambda: link.open_sources.state is LinkState.OPEN)
     app.until(lambda: "Stopped" in window.status.stateLabel.text())
     assert not app.grabber.streaming
     app.until(lambda: window.actionStart.isEnabled() and not window.actionStop.isEnabled())
     window.actionStart.trigger()
-    app.until(lambda: link.state is LinkState.STREAMING)
+    app.until(lambda: link.open_sources.state is LinkState.STREAMING)
     app.watch()
 
 
@@ -75,7 +75,7 @@ def test_a_snapshot_holds_the_frames_own_pixels(app, tmp_path):
 
 def test_a_refused_write_shows_in_the_error_bar_and_can_be_dismissed(app):
     app.connect()
-    features = app.program.connection.source.features
+    features = app.program.open_sources.current.features
     features.write("ExposureTime", -5.0)
     app.until(lambda: app.errors)
     assert "ExposureTime=-5: out of range" in app.errors[0]
@@ -97,17 +97,17 @@ def test_a_bad_address_is_explained(app, typed, said):
     app.qtbot.keyClick(edit, Qt.Key_Return)
     app.until(lambda: app.errors)
     assert said in app.errors[0]
-    app.until(lambda: app.program.connection.state is LinkState.CLOSED)
+    app.until(lambda: app.program.open_sources.state is LinkState.CLOSED)
 
 
 def test_typing_an_address_connects_and_the_button_lets_go(app):
     view = app.window.sources
     app.qtbot.keyClicks(view.addressEdit, "sim:")
     app.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
-    app.until(lambda: app.program.connection.state is LinkState.STREAMING)
+    app.until(lambda: app.program.open_sources.state is LinkState.STREAMING)
     app.until(lambda: view.connectButton.text() == "Disconnect")
     app.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
-    app.until(lambda: app.program.connection.state is LinkState.CLOSED)
+    app.until(lambda: app.program.open_sources.state is LinkState.CLOSED)
     app.until(lambda: "Not connected" in app.window.status.stateLabel.text())
     assert not app.window.actionSnapshot.isEnabled()
 
@@ -129,8 +129,8 @@ def test_connecting_and_closing_twenty_times_leaves_no_thread(app):
     before = threading.active_count()
     for _ in range(20):
         app.connect()
-        app.program.connection.disconnect()
-    assert app.program.connection.wait_closed(PATIENCE)
+        app.program.open_sources.close_current()
+    assert app.program.open_sources.wait_closed(PATIENCE)
     app.until(lambda: threading.active_count() == before)
 
 
@@ -138,7 +138,7 @@ def test_closing_while_it_streams_and_searches_takes_less_than_a_second(make_app
     for watch in attempts(1.0):
         app = make_app()
         app.program.begin("sim:")
-        app.until(lambda app=app: app.program.connection.state is LinkState.STREAMING)
+        app.until(lambda app=app: app.program.open_sources.state is LinkState.STREAMING)
         with watch:
             app.window.close()
 
@@ -154,7 +154,7 @@ def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(
         answer.clear()
         app = make_app()
         note = app.window.image.note
-        app.program.connection._create = create
+        app.program.opener._create = create
         app.program.begin("gige:10.255.255.1")
         app.until(lambda note=note: "Connecting" in note.summaryLabel.text())
         with watch:
@@ -237,7 +237,7 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
                    maximum=24.0)  # fmt: skip
     reset = Feature(name="Reset", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY, category="Other")
     grabber = HeldElsewhere([gain, reset])
-    link, window = app.program.connection, app.window
+    link, window = app.program.opener, app.window
     link._create = lambda uri: grabber
     app.program.sources.connect_to("fake:")
     app.until(lambda: app.errors)
@@ -255,19 +255,19 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
     button = window.messages.findChild(QAbstractButton, "offerButton")
     assert button.isVisible() and button.text() == "Take control"
     app.qtbot.mouseClick(button, Qt.LeftButton)  # still held
-    app.until(lambda: link.state is LinkState.OPEN and len(app.errors) == 1)
+    app.until(lambda: link.open_sources.state is LinkState.OPEN and len(app.errors) == 1)
     grabber.held = False
     app.until(lambda: window.messages.findChildren(QAbstractButton, "offerButton"))
     button = window.messages.findChildren(QAbstractButton, "offerButton")[-1]
     app.qtbot.mouseClick(button, Qt.LeftButton)
-    app.until(lambda: link.state is LinkState.STREAMING and not app.errors)
+    app.until(lambda: link.open_sources.state is LinkState.STREAMING and not app.errors)
     app.until(lambda: rows.rows("Gain") and isinstance(rows.rows("Gain")[0].editor, RangeEditor))
 
 
 def test_take_control_answers_every_time(app):
     gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
                    maximum=24.0)  # fmt: skip
-    grabber, link = HeldElsewhere([gain]), app.program.connection
+    grabber, link = HeldElsewhere([gain]), app.program.opener
     link._create = lambda uri: grabber
     app.program.sources.connect_to("fake:")
 
@@ -278,9 +278,9 @@ def test_take_control_answers_every_time(app):
     app.until(lambda: app.errors and offered())
     assert app.errors[0].startswith("read only")
     for _ in range(2):
-        before = link.source
+        before = link.open_sources.current
         app.qtbot.mouseClick(offered(), Qt.LeftButton)
-        app.until(lambda before=before: link.source not in (before, None) and app.errors)
+        app.until(lambda before=before: link.open_sources.current not in (before, None) and app.errors)
         app.until(lambda: app.errors[0].startswith("control was not given") and offered())
         assert len(app.errors) == 1
 
@@ -289,13 +289,13 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(ap
     view = app.window.sources
     app.qtbot.keyClicks(view.addressEdit, "sim:?pixel_format=Mono12p")
     app.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
-    app.until(lambda: app.program.connection.state is LinkState.STREAMING)
+    app.until(lambda: app.program.open_sources.state is LinkState.STREAMING)
     app.until(lambda: view.sourceList.item(0).data(SOURCE_ROLE).connected)
     assert view.sourceList.count() == 1
     line = view.sourceList.item(0).data(SOURCE_ROLE)
     assert line.connected and line.manual and line.info.model == "Simulated camera"
     assert app.preferences.typed == ["sim:?pixel_format=Mono12p"]
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: not view.sourceList.item(0).data(SOURCE_ROLE).connected)
     view.forgetRequested.emit(line.info.uri)
     app.until(lambda: view.sourceList.count() == 0)
@@ -334,10 +334,10 @@ class Unreachable(ScriptedGrabber):
 
 
 def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
-    window, link = app.window, app.program.connection
+    window, link = app.window, app.program.opener
     app.connect()
     app.watch()
-    shown, create, wrong = link.source, link._create, Unreachable()
+    shown, create, wrong = link.open_sources.current, link._create, Unreachable()
     link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
     app.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
     app.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
@@ -348,21 +348,21 @@ def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
     app.until(lambda: app.errors)
     assert "no camera answers at 10.0.0.9" in app.errors[0]
     app.until(lambda: not window.image.tasks.rows)
-    assert link.source is shown and link.state is LinkState.STREAMING
+    assert link.open_sources.current is shown and link.open_sources.state is LinkState.STREAMING
     app.watch()
 
 
 def test_a_connection_that_takes_too_long_can_be_given_up(app):
-    window, link = app.window, app.program.connection
+    window, link = app.window, app.program.opener
     app.connect()
-    shown, create, slow = link.source, link._create, Unreachable()
+    shown, create, slow = link.open_sources.current, link._create, Unreachable()
     link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
     app.program.sources.connect_to("gige:10.0.0.9")
     app.until(lambda: window.image.tasks.rows)
     app.qtbot.mouseClick(window.image.tasks.rows[0].cancelButton, Qt.LeftButton)
     app.until(lambda: not window.image.tasks.rows)
     slow.noticed_at_last.set()
-    assert link.pending is None and link.source is shown
+    assert link.open_sources.pending is None and link.open_sources.current is shown
     app.watch()
     assert not app.errors
 
@@ -378,7 +378,7 @@ def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_image(ap
 
 
 def test_each_action_and_button_that_is_not_available_gives_the_reason(app):
-    window, link = app.window, app.program.connection
+    window, link = app.window, app.program.opener
     reasons = [lack.text for lack in Lack]
 
     def unexplained():
@@ -402,7 +402,7 @@ def test_each_action_and_button_that_is_not_available_gives_the_reason(app):
     assert not unexplained()
     assert window.actionStart.toolTip().endswith(Lack.REST.text)
     assert window.actionUndo.toolTip().endswith(Lack.CHANGE.text)
-    link.stop()
+    link.stream.stop()
     app.until(window.actionStart.isEnabled)
     assert not unexplained()
     assert window.actionStart.toolTip() == "Start streaming (F6)"

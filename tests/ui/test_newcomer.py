@@ -110,7 +110,7 @@ def newcomer(app, monkeypatch):
     # Other tests simulate cameras on this machine's network at the same time.
     monkeypatch.setattr(app.program.source_list, "_discover", lambda seconds: discover_kind("sim", seconds))
     app.program.begin(first_source(None, app.preferences))
-    app.until(lambda: app.program.connection.state is LinkState.STREAMING)
+    app.until(lambda: app.program.open_sources.state is LinkState.STREAMING)
     app.watch()
     return Newcomer(app)
 
@@ -223,8 +223,8 @@ def test_some_seconds_are_recorded_and_played_back(newcomer):
     newcomer.until(newcomer.window.recordingBar.playButton.isVisible)
     ended = time.monotonic()
     newcomer.press("Play")
-    newcomer.until(lambda: newcomer.app.program.connection.source.uri.scheme == "file")
-    newcomer.until(lambda: newcomer.app.program.connection.state is LinkState.STREAMING)
+    newcomer.until(lambda: newcomer.app.program.open_sources.current.uri.scheme == "file")
+    newcomer.until(lambda: newcomer.app.program.open_sources.state is LinkState.STREAMING)
     newcomer.app.watch(5)
     played = newcomer.app.grabber
     # From the first frame to the last one, each of which may have come a moment earlier or later.

@@ -105,7 +105,7 @@ def test_closing_the_camera_ends_it(app):
     app.window.actionExposeRegion.trigger()
     draw(app, (50, 50), (250, 200))
     app.until(lambda: app.window.image.tasks.rows)
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: not app.window.image.tasks.rows)
 
 

@@ -74,7 +74,7 @@ def test_no_text_below_the_image_widens_the_window(qapp, request, language):
 def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_the_largest(app):
     window = app.window
     app.connect()
-    app.program.connection.open_additional("sim:colour?fps=15")
+    app.program.opener.open_additional("sim:colour?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.valuesDock.show()
     for key in (Qt.Key_F2, Qt.Key_F3):

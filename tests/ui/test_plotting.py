@@ -103,7 +103,7 @@ def test_values_are_saved_as_a_table(app, tmp_path):
 def test_another_camera_takes_the_curves_over(app):
     choose(app, "Gain", "Plot over time")
     app.until(lambda: len(curve(app, "Gain")) >= 2)
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.connect("sim:?width=64&height=64&gain=3")
     app.until(lambda: curve(app, "Gain")[-2:] == [3.0, 3.0])
     assert beginnings_of_lines(app, "Gain") == 2, "no line leads from one camera's value to the other's"
@@ -112,13 +112,13 @@ def test_another_camera_takes_the_curves_over(app):
 def test_curves_break_where_another_open_camera_is_made_the_current_one(app):
     choose(app, "Gain", "Plot over time")
     app.until(lambda: len(curve(app, "Gain")) >= 2)
-    first = app.program.connection.source
-    app.program.connection.open_additional("sim:colour?width=64&height=64&gain=3")
-    app.until(lambda: len(app.program.connection.sources) == 2)
-    second = app.program.connection.sources[1]
+    first = app.program.open_sources.current
+    app.program.opener.open_additional("sim:colour?width=64&height=64&gain=3")
+    app.until(lambda: len(app.program.open_sources.all) == 2)
+    second = app.program.open_sources.all[1]
     app.until(lambda: second.state is LinkState.STREAMING)
     for source, gain, lines in ((second, 3.0, 2), (first, 0.0, 3)):
-        app.program.connection.make_current(source)
+        app.program.open_sources.make_current(source)
         app.until(lambda gain=gain: curve(app, "Gain")[-2:] == [gain, gain])
         assert beginnings_of_lines(app, "Gain") == lines
 
@@ -143,7 +143,7 @@ def test_curves_break_while_the_camera_does_not_answer(app, monkeypatch):
 
 
 def test_too_many_curves_are_refused_in_words(app):
-    source = app.program.connection.source
+    source = app.program.open_sources.current
     numbers = [d for d in source.features.root.descriptions() if d.kind.value in ("integer", "float")]
     for description in numbers[: MOST_WATCHED + 1]:
         app.program.values.plot(description)

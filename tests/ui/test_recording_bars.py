@@ -77,7 +77,7 @@ def test_it_plays_holds_and_steps(player):
     seen = set()
     player.until(lambda: seen.add(shown(player)) or len(seen) > 5)
     assert "00:01.0" in bar.placeLabel.text(), "how long it is"
-    assert not player.program.connection.source.journal.changes, "that it plays is no change"
+    assert not player.program.open_sources.current.journal.changes, "that it plays is no change"
     player.until(lambda: "Playing" in player.window.status.stateLabel.text())
     player.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
     player.until(lambda: bar.playButton.text() == "Play")
@@ -86,7 +86,7 @@ def test_it_plays_holds_and_steps(player):
     at = shown(player)
     player.qtbot.wait(200)
     assert shown(player) == at
-    player.program.connection.source.grabber.write_feature("PlaybackPosition", 7)
+    player.program.open_sources.current.grabber.write_feature("PlaybackPosition", 7)
     held_at(player, 7)
     player.qtbot.mouseClick(bar.forwardButton, Qt.LeftButton)
     held_at(player, 8)
@@ -161,7 +161,7 @@ def test_a_recording_ends_at_its_limit(app, limit, amount, check):
     app.qtbot.keyClicks(bar.amountBox, str(amount))
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     app.until(bar.playButton.isVisible)  # a short recording may begin and end between two looks at its button
-    progress = app.program.recordings.of(app.program.connection.source).progress
+    progress = app.program.recordings.of(app.program.open_sources.current).progress
     assert check(progress), progress
     assert not bar.recordButton.isChecked()
 

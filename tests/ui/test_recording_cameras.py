@@ -28,15 +28,15 @@ def app(make_app):
 
 def press_record(app):
     """Once the button shows what is so: what it does depends on that."""
-    button, source = app.window.recordingBar.recordButton, app.program.connection.source
+    button, source = app.window.recordingBar.recordButton, app.program.open_sources.current
     app.until(lambda: button.isEnabled() and button.isChecked() == app.program.recordings.runs(source))
     app.qtbot.mouseClick(button, Qt.LeftButton)
 
 
 def open_beside(app, uri=COLOUR):
-    app.program.connection.open_additional(uri)
+    app.program.opener.open_additional(uri)
     app.until(lambda: len(app.window.gallery.tiles) == 2)
-    second = app.program.connection.sources[1]
+    second = app.program.open_sources.all[1]
     app.until(lambda: second.state is LinkState.STREAMING)
     return second
 
@@ -55,10 +55,10 @@ def answer(app, text):
 
 
 def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(app, tmp_path):
-    first, second = app.program.connection.source, open_beside(app)
+    first, second = app.program.open_sources.current, open_beside(app)
     press_record(app)
     app.until(lambda: written(app, first) > 2)
-    app.program.connection.make_current(second)
+    app.program.open_sources.make_current(second)
     app.until(lambda: not app.window.recordingBar.recordButton.isChecked())
     assert app.window.recordingBar.progressLabel.text() == ""
     press_record(app)
@@ -80,21 +80,21 @@ def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(app, tmp_pa
 
 
 def test_a_recording_that_ended_is_played_from_where_its_camera_is(app):
-    first, second = app.program.connection.source, open_beside(app)
+    first, second = app.program.open_sources.current, open_beside(app)
     press_record(app)
     app.until(lambda: written(app, first) > 2)
     press_record(app)
     bar = app.window.recordingBar
     app.until(bar.playButton.isVisible)
-    app.program.connection.make_current(second)
+    app.program.open_sources.make_current(second)
     app.until(lambda: not bar.playButton.isVisible())
-    app.program.connection.make_current(first)
+    app.program.open_sources.make_current(first)
     app.until(bar.playButton.isVisible)
 
 
 @pytest.mark.parametrize("close", ["menu", "list", "tile", "another"])
 def test_closing_a_camera_that_is_recorded_asks(app, close):
-    first = app.program.connection.source
+    first = app.program.open_sources.current
     open_beside(app)
     press_record(app)
     app.until(lambda: written(app, first) > 2)
@@ -106,21 +106,21 @@ def test_closing_a_camera_that_is_recorded_asks(app, close):
     }[close]
     ask()
     answer(app, "Continue recording")
-    assert first in app.program.connection.sources and app.program.recordings.runs(first)
+    assert first in app.program.open_sources.all and app.program.recordings.runs(first)
     ask()
     answer(app, "Stop recording and close")
-    app.until(lambda: first not in app.program.connection.sources)
+    app.until(lambda: first not in app.program.open_sources.all)
     app.until(lambda: not app.program.recordings.running)
     app.until(lambda: any("recorded" in text and " to " in text for text in app.errors))
 
 
 def test_a_camera_that_is_not_recorded_closes_at_once(app):
     app.window.actionDisconnect.trigger()
-    assert app.program.recording.question is None and app.program.connection.source is None
+    assert app.program.recording.question is None and app.program.open_sources.current is None
 
 
 def test_closing_the_window_asks_while_something_is_recorded(app):
-    first = app.program.connection.source
+    first = app.program.open_sources.current
     press_record(app)
     app.until(lambda: written(app, first) > 2)
     app.window.actionQuit.trigger()
@@ -141,8 +141,8 @@ def test_record_is_grey_where_there_is_nothing_to_record(make_app):
     app.until(lambda: button.isEnabled() and action.isEnabled())
     app.window.actionStop.trigger()
     app.until(lambda: not button.isEnabled() and not action.isEnabled())
-    app.program.connection.disconnect()
-    app.until(lambda: app.program.connection.source is None)
+    app.program.open_sources.close_current()
+    app.until(lambda: app.program.open_sources.current is None)
     assert not button.isEnabled() and not action.isEnabled()
 
 
@@ -166,7 +166,7 @@ def test_every_kind_of_recording_is_offered_by_a_name_of_its_own(qtbot):
 def test_a_full_disk_is_reported_with_what_was_saved_where(app, monkeypatch):
     room = iter([1 << 40] * 3)
     monkeypatch.setattr("grabbergui.recording.recorder.RecordingWriter.free", lambda _: next(room, 3 << 20))
-    source = app.program.connection.source
+    source = app.program.open_sources.current
     press_record(app)
     app.until(lambda: any("is full" in text for text in app.errors))
     path = app.program.recordings.of(source).path

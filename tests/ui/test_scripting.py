@@ -46,7 +46,7 @@ app.until(lambda: app.get("Gain").value == 0)
 app.execute("TimestampLatch")
 frame = app.wait_for_frames(3)
 assert (frame.width, frame.height) == (320, 240)
-app.program.connection.open_additional("sim:colour")
+app.program.opener.open_additional("sim:colour")
 app.until(lambda: len(app.window.gallery.tiles) == 2)
 app.screenshot("tiles/gallery.png", app.window.gallery)
 app.close()
@@ -85,7 +85,7 @@ def test_who_does_not_wait_for_the_source_is_told_how(run, capsys):
     script = """
 import threading
 
-opening, connection = threading.Event(), app.program.connection
+opening, connection = threading.Event(), app.program.opener
 create = connection._create
 connection._create = lambda uri: opening.wait(60) and create(uri)
 connection.connect_to("sim:")
@@ -101,7 +101,7 @@ finally:
 def test_a_source_that_was_refused_before_the_script_began_ends_the_wait(run, app, capsys):
     program = app.program
     refusals: list[str] = []
-    program.connection.failed.connect(refusals.append)
+    program.opener.reports.failed.connect(refusals.append)
     program.begin("sim:nonsense")
     app.until(lambda: refusals)
     assert run("app.wait_for_source()") == 1

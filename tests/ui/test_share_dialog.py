@@ -115,17 +115,17 @@ def test_stopping_asks_while_others_read(app, shared):
 
 @pytest.mark.parametrize("close", ["disconnect", "window"])
 def test_closing_asks_while_others_read(app, shared, close):
-    link = app.program.connection
+    link = app.program.opener
     if close == "disconnect":
         app.window.actionDisconnect.trigger()
     else:
         app.window.actionQuit.trigger()
     answer(app, "Keep sharing")
-    assert link.state is LinkState.STREAMING and app.window.isVisible()
+    assert link.open_sources.state is LinkState.STREAMING and app.window.isVisible()
     if close == "disconnect":
         app.window.actionDisconnect.trigger()
         answer(app, "Stop sharing")
-        app.until(lambda: link.state is LinkState.CLOSED)
+        app.until(lambda: link.open_sources.state is LinkState.CLOSED)
 
 
 def test_a_window_on_a_remote_camera_says_so(app, make_app, tmp_path):
@@ -133,15 +133,15 @@ def test_a_window_on_a_remote_camera_says_so(app, make_app, tmp_path):
     sharing = app.program.sharing
     with NameServer(port=0) as server:
         address = f"127.0.0.1:{server.port_number}"
-        sharing.share(app.program.connection.source, Network.YARP, ShareOptions("/far", address))
-        app.until(lambda: sharing.of(app.program.connection.source)[0].state is ShareState.ON)
+        sharing.share(app.program.open_sources.current, Network.YARP, ShareOptions("/far", address))
+        app.until(lambda: sharing.of(app.program.open_sources.current)[0].state is ShareState.ON)
         far = make_app()
         far.connect(f"yarp:/far?nameserver={address}")
         chip = far.program.share_chip
         far.until(lambda: chip.text().startswith("YARP /far · "))
         assert chip.text().endswith(" s old")
         assert "A remote camera: /far from 127.0.0.1 over YARP." in chip.toolTip()
-        far.program.connection.close_all()
-        far.until(lambda: far.program.connection.wait_closed(0))
+        far.program.open_sources.close_all()
+        far.until(lambda: far.program.open_sources.wait_closed(0))
         QApplication.processEvents()
         assert chip.isHidden()

@@ -58,14 +58,14 @@ def open_dialog(app, kind):
 
 def test_the_window_renders_no_text_of_the_camera(app, monkeypatch, tmp_path):
     window, program = app.window, app.program
-    monkeypatch.setattr(program.connection, "_create", lambda uri: marked_camera(uri, MARKUP))
+    monkeypatch.setattr(program.opener, "_create", lambda uri: marked_camera(uri, MARKUP))
     app.connect("sim:")
     panel = window.features
     panel.levelBox.setCurrentText("Guru")
     for section in panel.findChildren(Section):
         if not section.open:
             section.header.click()
-    features = program.connection.source.features
+    features = program.open_sources.current.features
     app.until(lambda: features.feature("ExposureAuto") and features.feature("DeviceVendorName"))
     exposure = window.favourites.rows
     app.until(lambda: exposure.rows("ExposureTime") and exposure.rows("ExposureTime")[0].auto is not None)

@@ -67,23 +67,23 @@ def test_a_lost_camera_is_shown_as_lost_everywhere_until_it_returns(app):
 
 
 def test_a_loss_is_shown_while_its_camera_is_the_current_one(app):
-    first = app.program.connection.source
-    app.program.connection.open_additional("sim:colour?width=320&height=240")
+    first = app.program.open_sources.current
+    app.program.opener.open_additional("sim:colour?width=320&height=240")
     app.until(lambda: len(app.window.gallery.tiles) == 2)
-    second = app.program.connection.sources[1]
+    second = app.program.open_sources.all[1]
     app.until(lambda: second.state is LinkState.STREAMING)
     tile = app.window.gallery.tiles[0]
     app.until(lambda: tile.thumbnail.image is not None)
     lose(app)
     app.until(lambda: app.errors)
     app.until(lambda: "lost" in tile.stateLabel.text() and tile.thumbnail._dimmed)
-    app.program.connection.make_current(second)
+    app.program.open_sources.make_current(second)
     app.until(lambda: state(app) == "Live" and not app.errors)
     assert not app.window.image.ageLabel.isVisible() and "lost" not in app.window.windowTitle()
     rows = app.window.favourites.rows
     app.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].isEnabled())
     app.watch()
-    app.program.connection.make_current(first)
+    app.program.open_sources.make_current(first)
     app.until(lambda: state(app).startswith("Lost for") and app.errors)
     # What is shown is its own last image, as on its tile, with its age.
     app.until(app.window.image.ageLabel.isVisible)
@@ -94,16 +94,16 @@ def test_a_loss_is_shown_while_its_camera_is_the_current_one(app):
 
 def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_an_image(app):
     """The other camera's last image is not this one's, nor are its figures."""
-    app.program.connection.open_additional("sim:colour?width=320&height=240")
+    app.program.opener.open_additional("sim:colour?width=320&height=240")
     app.until(lambda: len(app.program.gallery.tiles) == 2)
-    second = app.program.connection.sources[1]
+    second = app.program.open_sources.all[1]
     app.until(lambda: second.state is LinkState.STREAMING)
     second.grabber.stop()
     second.grabber.connection_changed.emit(ConnectionState.LOST, "the camera does not answer")
     small = app.program.gallery.tiles[1].image
     assert small.detach(PATIENCE)
     small._frame = small.last_received = None
-    app.program.connection.make_current(second)
+    app.program.open_sources.make_current(second)
     app.until(lambda: state(app).startswith("Lost for") and app.errors)
     assert app.window.image.empty
     app.until(lambda: not app.window.status.formatLabel.text())
@@ -112,7 +112,7 @@ def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_an_i
 
 def test_a_pause_that_was_refused_without_frames_is_no_state(make_app):
     app = make_app()
-    app.program.connection.connect_to("sim:?width=64&height=48", start=False)
+    app.program.opener.connect_to("sim:?width=64&height=48", start=False)
     app.until(lambda: app.window.actionStart.isEnabled())
     app.window.actionPause.trigger()
     app.until(lambda: any("no frame yet to pause" in text for text in app.errors))
@@ -163,7 +163,7 @@ def test_the_note_of_a_trigger_that_was_closed_stays_closed(app):
 
 
 def test_events_of_one_camera_are_not_attributed_to_another(app):
-    app.program.connection.source.features.write("ExposureTime", -5.0)
+    app.program.open_sources.current.features.write("ExposureTime", -5.0)
     app.until(lambda: app.errors)
     app.connect("sim:colour?width=320&height=240")
     app.until(lambda: not app.errors)
@@ -183,7 +183,7 @@ def test_no_empty_state_is_shown_while_a_camera_is_opening(make_app):
     note = app.window.image.note
     show = app.window.image.setNote
     app.window.image.setNote = lambda *note: (said.append(note[0]), show(*note))
-    app.program.connection.connect_to(SMALL)
+    app.program.opener.connect_to(SMALL)
     app.program.status_bar.refresh()
     app.watch()
     assert not {text for text in said if text} - {f"Connecting to {SMALL} …"}
@@ -193,7 +193,7 @@ def test_no_empty_state_is_shown_while_a_camera_is_opening(make_app):
 def test_figures_of_one_camera_are_not_shown_of_the_next(app):
     strip = app.window.status
     app.until(lambda: "fps" in strip.rateLabel.text())
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: state(app) == "Not connected")
     assert not strip.rateLabel.text() and not strip.lossLabel.text()
     assert app.window.windowTitle() == "grabbergui"

@@ -241,7 +241,7 @@ def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(a
     x, y, width, height = (app.grabber.feature(n).value for n in ("OffsetX", "OffsetY", "Width", "Height"))
     assert (abs(width - 640) < 20, abs(height - 480) < 20) == (True, True)
     assert (abs(x - left - 200) < 20, abs(y - top - 100) < 20) == (True, True)
-    assert app.program.connection.state is LinkState.STREAMING
+    assert app.program.open_sources.state is LinkState.STREAMING
     window.actionFullSensor.trigger()
     app.until(lambda: window.image.canvas.imageSize == (4096, 2160))
     assert window.image.canvas.fitted and not app.errors
@@ -273,7 +273,7 @@ def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(app):
 def test_in_a_rotated_view_the_cursor_reports_the_frames_pixel(app):
     window = app.window
     window.actionStop.trigger()
-    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
     window.actionTurnRight.trigger()
     window.actionMirrorX.trigger()
     app.until(lambda: window.image.canvas.imageSize == (1024, 1224))
@@ -303,7 +303,7 @@ def test_grey_is_shown_in_colours_where_somebody_wants_it(app):
 
 def test_crosshair_and_grid_lie_over_the_image(app):
     app.window.actionStop.trigger()
-    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
     before = screen(app)
     for action in (app.window.actionCrosshair, app.window.actionGrid):
         action.trigger()
@@ -364,7 +364,7 @@ def test_single_pixels_show_their_values_once_they_are_large_enough(app):
     app.watch()
     assert not canvas.values.texts
     app.window.actionStop.trigger()
-    app.until(lambda: app.program.connection.state is LinkState.OPEN)
+    app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
     canvas.zoomBy(1000)
     app.until(lambda: canvas.values.texts)
     frame = app.program.image.frame
@@ -392,14 +392,14 @@ def test_a_pixel_format_is_chosen_while_it_streams(app):
 
 
 def test_format_and_region_are_set_before_the_first_start(app):
-    window, link = app.window, app.program.connection
-    link.disconnect()
-    app.until(lambda: link.state is LinkState.CLOSED)
+    window, link = app.window, app.program.opener
+    link.open_sources.close_current()
+    app.until(lambda: link.open_sources.state is LinkState.CLOSED)
     window.sources.addressEdit.setText("sim:?width=320&height=240")
     window.actionConnectStill.trigger()
-    app.until(lambda: link.state is LinkState.OPEN)
+    app.until(lambda: link.open_sources.state is LinkState.OPEN)
     assert not app.grabber.streaming
-    features = link.source.features
+    features = link.open_sources.current.features
     features.write("PixelFormat", "Mono16")
     features.write("Width", 160)
     window.actionStart.trigger()

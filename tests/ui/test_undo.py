@@ -155,7 +155,7 @@ def test_changes_are_copied_as_a_command_line_a_program_and_a_table(app, tmp_pat
 def test_another_source_has_changes_of_its_own_and_those_of_a_closed_one_stay_to_be_seen(app):
     type_value(app, "Gain", "6")
     app.until(lambda: len(shown(app)) == 1)
-    app.program.connection.disconnect()
+    app.program.open_sources.close_current()
     app.until(lambda: not app.window.actionUndo.isEnabled())
     assert len(shown(app)) == 1
     app.connect("sim:?width=640&height=480")

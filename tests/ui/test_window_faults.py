@@ -50,7 +50,7 @@ class Bench:
         stream._packet_faults = PacketFaults(stream._faults)
 
     def until_it_streams(self):
-        self.app.until(lambda: self.app.program.connection.state is LinkState.STREAMING)
+        self.app.until(lambda: self.app.program.open_sources.state is LinkState.STREAMING)
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_sources import OpenSources
 
 _POLARISED = re.compile(r"Polar(i[sz]|Mono|Angle)", re.IGNORECASE)
 """Vendors' names: `PolarizedAngles_0d_45d_90d_135d_Mono8`, `PolarizeMono12p`, `PolarizationMode`."""
@@ -41,7 +41,7 @@ class CameraWatch:
 
     def __init__(
         self,
-        connection: Connection,
+        open_sources: OpenSources,
         read: Callable[[FrameGrabber], object],
         depends_on: Callable[[frozenset[str]], bool] = lambda _: False,
     ) -> None:
@@ -49,8 +49,8 @@ class CameraWatch:
         self._read_fact = read
         self._depends_on = depends_on
         self._source: OpenSource | None = None
-        connection.opened.connect(self._on_opened)
-        connection.closing.connect(self._on_closing)
+        open_sources.opened.connect(self._on_opened)
+        open_sources.closing.connect(self._on_closing)
 
     def _on_opened(self, source: OpenSource) -> None:
         self._leave()

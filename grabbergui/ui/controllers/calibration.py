@@ -19,10 +19,10 @@ from PyQt5.QtWidgets import QAction, QMenu, QWidget
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge, busy
@@ -45,19 +45,19 @@ class CalibrationOpener(QObject):
     saved = pyqtSignal(Path)
     """A calibration of the current source was written."""
 
-    def __init__(self, action: QAction, window: QWidget, connection: Connection) -> None:
+    def __init__(self, action: QAction, window: QWidget, open_sources: OpenSources) -> None:
         super().__init__(window)
-        self._action, self._window, self._connection = action, window, connection
+        self._action, self._window, self._open_sources = action, window, open_sources
         self._controller: CalibratingController | None = None
         self._source: OpenSource | None = None
         bridge = Bridge(self)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        bridge.bind(connection.closing, self._on_connection_closing)
+        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
+        bridge.bind(open_sources.closing, self._on_source_closing)
         action.triggered.connect(self.open)
         for menu in action.associatedWidgets():
             if isinstance(menu, QMenu):
                 menu.aboutToShow.connect(self._import)
-        self._on_connection_state_changed(connection.state, "")
+        self._on_source_state_changed(open_sources.state, "")
 
     @property
     def dialog(self) -> CalibrationDialog | None:
@@ -66,7 +66,7 @@ class CalibrationOpener(QObject):
 
     def open(self) -> None:
         """Open it, or bring it to the front."""
-        source = self._connection.source
+        source = self._open_sources.current
         if self.dialog is not None:
             self.dialog.raise_()
             self.dialog.activateWindow()
@@ -104,12 +104,12 @@ class CalibrationOpener(QObject):
     def _on_dialog_closing(self) -> None:
         self._controller = self._source = None
 
-    def _on_connection_closing(self, source: OpenSource) -> None:
+    def _on_source_closing(self, source: OpenSource) -> None:
         if source is self._source:
             self.close()
 
-    def _on_connection_state_changed(self, state: LinkState, reason: str) -> None:
-        set_available(self._action, lack_of(self._connection.source, stream=True))
+    def _on_source_state_changed(self, state: LinkState, reason: str) -> None:
+        set_available(self._action, lack_of(self._open_sources.current, stream=True))
 
 
 class CalibrationViewController(QObject):
@@ -120,7 +120,7 @@ class CalibrationViewController(QObject):
         actions: CalibrationActions,
         view: ReadoutImageView,
         files: FileQuestions,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         messages: CurrentMessages,
         parent: QObject,
@@ -129,7 +129,7 @@ class CalibrationViewController(QObject):
         self._actions = actions
         self._files = files
         self._messages = messages
-        self._connection = connection
+        self._open_sources = open_sources
         self._image = image
         self._known: WeakKeyDictionary[OpenSource, Calibration] = WeakKeyDictionary()
         self._size = (0, 0)
@@ -138,13 +138,13 @@ class CalibrationViewController(QObject):
         actions.actionShowCalibration.toggled.connect(self._apply)
         view.painted.connect(self._on_image_painted)
         bridge = Bridge(self)
-        bridge.bind(connection.opened, lambda _: self._on_source_changed())
-        bridge.bind(connection.closing, lambda _: self._on_source_changed())
+        bridge.bind(open_sources.opened, lambda _: self._on_source_changed())
+        bridge.bind(open_sources.closing, lambda _: self._on_source_changed())
         self._on_source_changed()
 
     def load(self, path: Path) -> None:
         """Read a camera_info file for the current source, and show it."""
-        source = self._connection.source
+        source = self._open_sources.current
         if source is None:
             return
         try:
@@ -171,7 +171,7 @@ class CalibrationViewController(QObject):
             self.load(path)
 
     def _on_source_changed(self) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         lack = None if source is not None else Lack.SOURCE
         set_available(self._actions.actionLoadCalibration, lack)
         unknown = Lack.CALIBRATION if source is not None and source not in self._known else lack
@@ -187,7 +187,7 @@ class CalibrationViewController(QObject):
 
     def _apply(self, _: bool = False) -> None:
         """Show the image with or without the distortion; a calibration of another crop is refused."""
-        source, frame = self._connection.source, self._image.shown
+        source, frame = self._open_sources.current, self._image.shown
         wanted = self._actions.actionShowCalibration.isChecked() and source is not None
         calibration = self._known.get(source) if wanted and source is not None else None
         if calibration is not None and frame is not None:

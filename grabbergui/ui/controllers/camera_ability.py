@@ -8,8 +8,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
 
@@ -25,29 +25,29 @@ class CameraAbility(QObject):
     def __init__(
         self,
         owner: QObject,
-        connection: Connection,
+        open_sources: OpenSources,
         ask: Callable[[FrameGrabber], bool],
         lack: Lack,
         *actions: QAction,
     ) -> None:
         """`ask` is called on the thread of the camera; `lack` is the reason if it returns False."""
         super().__init__(owner)
-        self._connection = connection
+        self._open_sources = open_sources
         self._ask = ask
         self._lack = lack
         self._actions = actions
         self._present = False
         self._bridge = bridge = Bridge(self)
-        bridge.bind(connection.opened, self._on_connection_opened)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(open_sources.opened, self._on_source_opened)
+        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
         self._enable()
 
     def lack(self, *, stream: bool = False) -> Lack | None:
         """Return why the actions are not available: the source, control of it, its stream, or the ability."""
-        missing = lack_of(self._connection.source, stream=stream, control=True)
+        missing = lack_of(self._open_sources.current, stream=stream, control=True)
         return missing if missing is not None or self._present else self._lack
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
+    def _on_source_opened(self, source: OpenSource) -> None:
         grabber = source.grabber
         if grabber is None or source.read_only:
             return
@@ -58,10 +58,10 @@ class CameraAbility(QObject):
         source.worker.submit(lambda: self._ask(grabber), done=on_answer)
 
     def _allow(self, source: OpenSource, present: bool) -> None:
-        self._present = present and source is self._connection.source
+        self._present = present and source is self._open_sources.current
         self._enable()
 
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+    def _on_source_state_changed(self, state: LinkState, _: str) -> None:
         if state in (LinkState.CLOSED, LinkState.OPENING):
             self._present = False
             self.ended.emit()

@@ -11,9 +11,9 @@ from PyQt5.QtCore import QObject
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.undo_steps import UndoStep
@@ -32,20 +32,20 @@ REPORT_PERIOD = 0.05
 class CameraWork(QObject):
     """Runs work on the current camera, one task after another, and shows its progress."""
 
-    def __init__(self, tasks: TaskStack, connection: Connection, messages: CurrentMessages) -> None:
+    def __init__(self, tasks: TaskStack, open_sources: OpenSources, messages: CurrentMessages) -> None:
         super().__init__(tasks)
         self._messages = messages
         self._tasks = tasks
-        self._connection = connection
+        self._open_sources = open_sources
         self._bridge = Bridge(self)
         self._in_progress: dict[threading.Event, OpenSource] = {}
         # Not over the bridge: work in progress has to stop before the camera is closed.
-        connection.ending.connect(self._on_connection_ending)
+        open_sources.ending.connect(self._on_source_ending)
 
     @property
     def source(self) -> OpenSource | None:
         """The source that `run` works on by default: the current one."""
-        return self._connection.source
+        return self._open_sources.current
 
     def if_current(self, done: Callable[[T], None]) -> Callable[[T], None]:
         """Return a `done` that ignores the result once another source is current."""
@@ -102,7 +102,7 @@ class CameraWork(QObject):
 
         def gone_wrong(error: GrabberError) -> None:
             def report() -> None:
-                self._connection.messages.error(error_text(error), source)
+                self._messages.error(error_text(error), source)
                 failed()
 
             self._bridge.call(lambda: end(report))
@@ -122,7 +122,7 @@ class CameraWork(QObject):
 
         return progress
 
-    def _on_connection_ending(self, ending: OpenSource) -> None:
+    def _on_source_ending(self, ending: OpenSource) -> None:
         for cancelled, source in tuple(self._in_progress.items()):
             if source is ending:
                 cancelled.set()

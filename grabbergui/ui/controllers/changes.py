@@ -11,8 +11,8 @@ from PyQt5.QtWidgets import QAction, QApplication
 
 from grabbergui.core.environment import write_whole
 from grabbergui.models.change_tracking import command_line, program, revert
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import Lack, OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.undo_steps import Direction
 from grabbergui.ui.actions import set_available
@@ -34,7 +34,7 @@ class ChangesController(QObject):
         panel: ChangesPanel,
         edited: Sequence[FeatureRows],
         files: FileQuestions,
-        connection: Connection,
+        open_sources: OpenSources,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
@@ -46,8 +46,8 @@ class ChangesController(QObject):
         self._open = False
         self._actions = {Direction.UNDO: actions.actionUndo, Direction.REDO: actions.actionRedo}
         self._bridge = bridge = Bridge(self)
-        bridge.bind(connection.opened, self._on_connection_opened)
-        bridge.bind(connection.closing, self._on_connection_closing)
+        bridge.bind(open_sources.opened, self._on_source_opened)
+        bridge.bind(open_sources.closing, self._on_source_closing)
         self._journal_bridge: Bridge | None = None
         for direction, action in self._actions.items():
             action.triggered.connect(partial(self._revert, direction))
@@ -89,7 +89,7 @@ class ChangesController(QObject):
     def _name(self, direction: Direction) -> str:
         return self.tr("&Undo") if direction is Direction.UNDO else self.tr("&Redo")
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
+    def _on_source_opened(self, source: OpenSource) -> None:
         self._source, self._open = source, True
         if self._journal_bridge is not None:
             self._journal_bridge.close()
@@ -99,7 +99,7 @@ class ChangesController(QObject):
         self._show_all()
         self._show_steps()
 
-    def _on_connection_closing(self, source: OpenSource) -> None:
+    def _on_source_closing(self, source: OpenSource) -> None:
         if source is self._source:
             self._open = False
             self._show_steps()

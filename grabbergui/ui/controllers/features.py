@@ -13,11 +13,11 @@ from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role, role_of
 from grabbergui.core.shell_words import shell_word
-from grabbergui.models.connection import Connection
 from grabbergui.models.features.pinned import MOST_PINNED, controlled_by, moved, placed, without
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.value_history import PLOTTABLE
 from grabbergui.models.open_source import Lack
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRows
@@ -175,7 +175,7 @@ class FavouritesController(QObject):
         self,
         layout: Layout,
         strip: FavouritesStrip,
-        connection: Connection,
+        open_sources: OpenSources,
         features: FeatureController,
         preferences: Preferences,
         messages: CurrentMessages,
@@ -188,7 +188,7 @@ class FavouritesController(QObject):
         self._preferences = preferences
         self._model = ""
         "Of the current camera; empty if there is none."
-        Bridge(self).bind(connection.closing, lambda _: self.keep_layout())
+        Bridge(self).bind(open_sources.closing, lambda _: self.keep_layout())
         strip.dropped.connect(self.place)
 
     def restore(self, info: DeviceInfo) -> None:
@@ -253,20 +253,20 @@ class FeatureMenuController(QObject):
         self,
         window: QWidget,
         shown: Sequence[FeatureRows],
-        connection: Connection,
+        open_sources: OpenSources,
         favourites: FavouritesController,
     ) -> None:
         super().__init__(window)
         self._favourites = favourites
         self._window = window
-        self._connection = connection
+        self._open_sources = open_sources
         self.menu: QMenu | None = None
         "The menu that is open, if any."
         for rows in shown:
             rows.menuRequested.connect(self._on_menu_requested)
 
     def _on_menu_requested(self, name: str, where: QPoint) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         description = source.features.description(name) if source and source.features else None
         if source is None or source.features is None or description is None:
             return

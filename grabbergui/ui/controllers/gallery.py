@@ -6,8 +6,8 @@ from functools import partial
 
 from PyQt5.QtCore import QObject, QTimer
 
-from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.sources import GalleryModel, Tile
 from grabbergui.models.status import Condition, StatusModel
 from grabbergui.ui.controllers.recording import Confirm
@@ -25,7 +25,7 @@ class GalleryController(QObject):
         self,
         view: Gallery,
         model: GalleryModel,
-        connection: Connection,
+        open_sources: OpenSources,
         status: StatusModel,
         confirm: Confirm,
     ) -> None:
@@ -34,21 +34,21 @@ class GalleryController(QObject):
         self._confirm = confirm
         self._view = view
         self._model = model
-        self._connection = connection
+        self._open_sources = open_sources
         self._shown: dict[Tile, CameraTile] = {}
         bridge = Bridge(self)
         # The current source may have changed since the signal: only the model knows.
         bridge.bind(model.changed, lambda _: self._show())
-        bridge.bind(connection.opened, lambda _: self._show())
+        bridge.bind(open_sources.opened, lambda _: self._show())
         self._timer = QTimer(self)
         self._timer.setInterval(TILE_PERIOD_MS)
         self._timer.timeout.connect(self._refresh)
 
     def take_next(self) -> None:
         """Make the next open source current, starting over after the last."""
-        sources, current = self._connection.sources, self._connection.source
+        sources, current = self._open_sources.all, self._open_sources.current
         if current in sources and len(sources) > 1:
-            self._connection.make_current(sources[(sources.index(current) + 1) % len(sources)])
+            self._open_sources.make_current(sources[(sources.index(current) + 1) % len(sources)])
 
     def _show(self) -> None:
         tiles = self._model.tiles
@@ -58,17 +58,17 @@ class GalleryController(QObject):
             view = self._shown.get(tile)
             if view is None:
                 view = self._shown[tile] = self._view.addTile()
-                view.chosen.connect(partial(self._connection.make_current, tile.source))
+                view.chosen.connect(partial(self._open_sources.make_current, tile.source))
                 view.closeRequested.connect(partial(self._close, tile.source))
             view.setNames(*tile.source.names)
-            view.setCurrent(tile.source is self._connection.source)
+            view.setCurrent(tile.source is self._open_sources.current)
         if tiles and not self._timer.isActive():
             self._timer.start()
         elif not tiles:
             self._timer.stop()
 
     def _close(self, source: OpenSource) -> None:
-        self._confirm([source], lambda: self._connection.close(source))
+        self._confirm([source], lambda: self._open_sources.close(source))
 
     def _refresh(self) -> None:
         for tile, view in self._shown.items():

@@ -12,7 +12,6 @@ from PyQt5.QtWidgets import QAction, QWidget
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.point_cloud import range_image
 from grabbergui.core.scan3d import may_change, read_scan3d
-from grabbergui.models.connection import Connection
 from grabbergui.models.image.camera_watch import CameraWatch, is_polarised
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.display_settings import with_levels
@@ -22,8 +21,10 @@ from grabbergui.models.image.pixel_text import beside_text, cursor_text, value_a
 from grabbergui.models.image.points import PointCloudModel
 from grabbergui.models.image.quantities import Levels, PolarisedView
 from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel
+from grabbergui.models.stream_control import StreamControl
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
@@ -51,7 +52,8 @@ class AcquisitionController(QObject):
         self,
         actions: AcquisitionActions,
         view: ReadoutImageView,
-        connection: Connection,
+        open_sources: OpenSources,
+        stream: StreamControl,
         gallery: GalleryModel,
         image: ImageModel,
         snapshots: SnapshotWriter,
@@ -63,7 +65,8 @@ class AcquisitionController(QObject):
         self._actions = actions
         self._view = view
         self._messages = messages
-        self._connection = connection
+        self._open_sources = open_sources
+        self._stream = stream
         self._gallery = gallery
         self._image = image
         self._snapshots = snapshots
@@ -80,18 +83,18 @@ class AcquisitionController(QObject):
     def _bind_models(self) -> None:
         bridge = Bridge(self)
         bridge.bind(self._image.ready, self._on_image_ready)
-        bridge.bind(self._connection.opened, self._on_connection_opened)
-        bridge.bind(self._connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(self._open_sources.opened, self._on_source_opened)
+        bridge.bind(self._open_sources.state_changed, self._on_source_state_changed)
         bridge.bind(self._snapshots.saved, self._on_snapshot_saved)
         bridge.bind(self._snapshots.failed, self._messages.error)
         # Not over the bridge: the queue must be closed before the grabber.
-        self._connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        self._open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         self._bridge = bridge
 
     def _bind_view(self) -> None:
         actions, view = self._actions, self._view
-        actions.actionStart.triggered.connect(self._connection.start)
-        actions.actionStop.triggered.connect(self._connection.stop)
+        actions.actionStart.triggered.connect(self._stream.start)
+        actions.actionStop.triggered.connect(self._stream.stop)
         actions.actionSnapshot.triggered.connect(self.snapshot)
         actions.actionPointCloud.triggered.connect(self.save_points)
         view.viewChanged.connect(self._image.set_viewport)
@@ -101,7 +104,7 @@ class AcquisitionController(QObject):
 
     def snapshot(self) -> None:
         """Save the newest frame in the snapshot folder."""
-        frame, source = self._image.frame, self._connection.source
+        frame, source = self._image.frame, self._open_sources.current
         if frame is None or source is None or source.grabber is None:
             self._messages.error(self.tr("there is no frame to save yet; start the camera first"))
             return
@@ -109,7 +112,7 @@ class AcquisitionController(QObject):
 
     def save_points(self) -> None:
         """Save the points of the newest frame in the snapshot folder."""
-        frame, source = self._image.frame, self._connection.source
+        frame, source = self._image.frame, self._open_sources.current
         if frame is not None and source is not None and source.grabber is not None:
             folder, scan = self._preferences.snapshot_folder, self._image.settings.scan
             self._snapshots.save_points(frame, folder, source.grabber.info, scan)
@@ -149,18 +152,18 @@ class AcquisitionController(QObject):
             texts[shown.label] = value_at_text(shown, pixel, settings)
         self._view.setCursorText(cursor_text(shown, pixel, settings), texts)
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
-        if source is not self._connection.source or source.grabber is None:
+    def _on_source_opened(self, source: OpenSource) -> None:
+        if source is not self._open_sources.current or source.grabber is None:
             return
         self._shown = source
         # A source that is lost or waits for a trigger sends nothing now, but its tile has its last image.
         self._image.attach(source.grabber, self._gallery.image_of(source))
         self._enable_actions()
 
-    def _on_connection_closing(self, _: OpenSource) -> None:
+    def _on_source_closing(self, _: OpenSource) -> None:
         self._image.detach()
 
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+    def _on_source_state_changed(self, state: LinkState, _: str) -> None:
         if state in (LinkState.CLOSED, LinkState.OPENING):
             self._shown = None
             self._view.clear()
@@ -172,7 +175,7 @@ class AcquisitionController(QObject):
         self._messages.notice(self.tr("Saved {0}").format(path))
 
     def _enable_actions(self) -> None:
-        state, actions, source = self._connection.state, self._actions, self._connection.source
+        state, actions, source = self._open_sources.state, self._actions, self._open_sources.current
         set_available(actions.actionDisconnect, None if source is not None else Lack.SOURCE)
         set_available(actions.actionStart, Lack.REST if state is LinkState.STREAMING else lack_of(source))
         lack = lack_of(source, stream=True)
@@ -197,7 +200,7 @@ class DisplayController(QObject):
         actions: DisplayActions,
         view: DrawableView,
         histogram: HistogramPanel,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         parent: QObject,
     ) -> None:
@@ -206,7 +209,7 @@ class DisplayController(QObject):
         self._image = image
         self._canvas = view.canvas
         marks = view.canvas.marks
-        Bridge(self).bind(connection.opened, self._on_connection_opened)
+        Bridge(self).bind(open_sources.opened, self._on_source_opened)
         actions.actionCrosshair.toggled.connect(marks.setCrosshair)
         actions.actionGrid.toggled.connect(marks.setGrid)
         actions.actionClipping.toggled.connect(self._on_clipping_toggled)
@@ -242,7 +245,7 @@ class DisplayController(QObject):
         self._image.settings = replace(self._image.settings, levels=Levels())
         self._histogram.setLevels(0.0, 1.0)
 
-    def _on_connection_opened(self, _: OpenSource) -> None:
+    def _on_source_opened(self, _: OpenSource) -> None:
         self._reset_levels()  # another camera's levels mean nothing here
 
 
@@ -254,7 +257,7 @@ class ComponentController(QObject):
         actions: ComponentActions,
         view: ComponentView,
         histogram: HistogramPanel,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         parent: QObject,
     ) -> None:
@@ -262,8 +265,8 @@ class ComponentController(QObject):
         self._actions = actions
         self._histogram = histogram
         self._image = image
-        self._coordinates = CameraWatch(connection, read_scan3d, may_change)
-        self._polarisation = CameraWatch(connection, is_polarised)
+        self._coordinates = CameraWatch(open_sources, read_scan3d, may_change)
+        self._polarisation = CameraWatch(open_sources, is_polarised)
         view.componentChosen.connect(self._on_component_chosen)
         view.sideBySideToggled.connect(self._on_side_by_side_toggled)
         actions.polarisedViewChosen.connect(self._on_polarised_view_chosen)
@@ -271,7 +274,7 @@ class ComponentController(QObject):
         actions.actionPolarised.toggled.connect(self._on_polarised_toggled)
         bridge.bind(self._polarisation.changed, self._actions.setPolarised)
         bridge.bind(self._coordinates.changed, self._on_coordinates_changed)
-        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(open_sources.opened, self._on_source_opened)
 
     def _on_component_chosen(self, label: str) -> None:
         # Levels and colours of one component mean nothing in another: each keeps its own.
@@ -299,7 +302,7 @@ class ComponentController(QObject):
     def _on_coordinates_changed(self, scan: Scan3d) -> None:
         self._image.settings = replace(self._image.settings, scan=scan)
 
-    def _on_connection_opened(self, _: OpenSource) -> None:
+    def _on_source_opened(self, _: OpenSource) -> None:
         before = self._image.settings
         if before.component or before.appearances or before.polarised is not PolarisedView.MOSAIC:
             mosaic = PolarisedView.MOSAIC

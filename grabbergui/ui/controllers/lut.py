@@ -26,9 +26,9 @@ from grabbergui.core.lookup_table import (
     write_table,
 )
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import Lack
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.controllers.camera_ability import CameraAbility
@@ -56,7 +56,7 @@ class LutController(QObject):
         action: QAction,
         window: QWidget,
         files: FileQuestions,
-        connection: Connection,
+        open_sources: OpenSources,
         work: CameraWork,
         messages: CurrentMessages,
     ) -> None:
@@ -73,7 +73,7 @@ class LutController(QObject):
         self._kept: Table | None = None
         "The edited table that was last saved in a file, or is being written."
         action.triggered.connect(self.show)
-        CameraAbility(self, connection, has_lut, Lack.TABLE, action).ended.connect(self._on_camera_ended)
+        CameraAbility(self, open_sources, has_lut, Lack.TABLE, action).ended.connect(self._on_camera_ended)
 
     @property
     def edited(self) -> Table:

@@ -14,13 +14,13 @@ from grabbergui.core.environment import write_whole
 from grabbergui.core.features import FeatureDescription
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
-from grabbergui.models.connection import Connection
 from grabbergui.models.features.value_history import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import Dock, FileQuestions, ReadoutImageView
@@ -37,7 +37,7 @@ class MeasuringController(QObject):
         view: ReadoutImageView,
         panels: MeasuringPanels,
         clipping: QAction,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         measuring: MeasuringModel,
         parent: QObject,
@@ -55,8 +55,8 @@ class MeasuringController(QObject):
         "Size of the frames on which region and line were drawn."
         bridge = Bridge(self)
         bridge.bind(measuring.measured, self._on_measured)
-        bridge.bind(connection.opened, lambda _: self._forget())
-        bridge.bind(connection.closing, lambda _: self._forget())
+        bridge.bind(open_sources.opened, lambda _: self._forget())
+        bridge.bind(open_sources.closing, lambda _: self._forget())
         # A dock behind another one counts as visible for Qt; its signal is reliable.
         self._seen_docks = dict.fromkeys((panels.histogramDock, panels.focusDock, panels.profileDock), False)
         for dock in self._seen_docks:
@@ -178,7 +178,7 @@ class ValuesController(QObject):
         panel: ValuesPanel,
         dock: Dock,
         files: FileQuestions,
-        connection: Connection,
+        open_sources: OpenSources,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
@@ -187,15 +187,15 @@ class ValuesController(QObject):
         self._dock = dock
         self._files = files
         self._messages = messages
-        self._connection = connection
+        self._open_sources = open_sources
         self._watch = ValueWatch()
         self._histories: dict[str, ValueHistory] = {}
         self._seen = False
         bridge = Bridge(self)
-        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(open_sources.opened, self._on_source_opened)
         bridge.bind(self._watch.sampled, self._on_sampled)
         # Not over the bridge: nothing more is to be asked of a grabber that is about to be closed.
-        connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         dock.visibilityChanged.connect(self._on_dock_seen)
         self._panel.removed.connect(self.remove)
         self._panel.pauseToggled.connect(self._update)
@@ -231,8 +231,8 @@ class ValuesController(QObject):
         with self._messages.saving(path, self.tr("Saved the values to {0}")):
             write_whole(path, to_csv(self._histories))
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
-        if source is not self._connection.source or source.grabber is None or source.features is None:
+    def _on_source_opened(self, source: OpenSource) -> None:
+        if source is not self._open_sources.current or source.grabber is None or source.features is None:
             return
         for name in self.names:
             if source.features.description(name) is None:
@@ -240,7 +240,7 @@ class ValuesController(QObject):
         self._break()
         self._watch.attach(source.grabber, source.worker)
 
-    def _on_connection_closing(self, _: OpenSource) -> None:
+    def _on_source_closing(self, _: OpenSource) -> None:
         self._watch.detach()
 
     def _on_dock_seen(self, seen: bool) -> None:

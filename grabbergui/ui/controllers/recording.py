@@ -10,11 +10,11 @@ from PyQt5.QtWidgets import QAction, QMessageBox
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import LinkState, OpenSource, lack_of
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.models.recording import Recordings
 from grabbergui.models.source_messages import CurrentMessages
@@ -41,7 +41,7 @@ class RecordingController(QObject):
         self,
         action: QAction,
         bar: RecordingBar,
-        connection: Connection,
+        open_sources: OpenSources,
         recordings: Recordings,
         preferences: Preferences,
         files: FileQuestions,
@@ -49,14 +49,14 @@ class RecordingController(QObject):
         super().__init__(bar)
         self._files = files
         self._action, self._bar = action, bar
-        self._connection = connection
+        self._open_sources = open_sources
         self._recordings = recordings
         self._preferences = preferences
         self.question: QMessageBox | None = None
         """The question whether to close a source that is being recorded, while it is open."""
         bridge = Bridge(self)
         bridge.bind(recordings.changed, lambda _: self._show())
-        bridge.bind(connection.state_changed, lambda *_: self._show())
+        bridge.bind(open_sources.state_changed, lambda *_: self._show())
         action.triggered.connect(bar.recordButton.click)
         bar.recordRequested.connect(self.record)
         bar.stopRequested.connect(self.stop)
@@ -66,12 +66,12 @@ class RecordingController(QObject):
 
     def record(self, kind: RecordingKind, limits: RecordingLimits) -> None:
         """Begin to record the current source."""
-        if (source := self._connection.source) is not None:
+        if (source := self._open_sources.current) is not None:
             self._recordings.begin(source, self._preferences.snapshot_folder, kind, limits)
 
     def stop(self) -> None:
         """End the recording of the current source; its file is finished in the background."""
-        if (source := self._connection.source) is not None:
+        if (source := self._open_sources.current) is not None:
             self._recordings.stop(source)
 
     def confirm(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:
@@ -106,7 +106,7 @@ class RecordingController(QObject):
         box.open()
 
     def _show(self) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         recording = self._recordings.of(source)
         running = source is not None and self._recordings.runs(source)
         self._bar.setRecording(running)
@@ -124,7 +124,7 @@ class RecordingController(QObject):
             self._preferences.snapshot_folder = chosen
 
     def _play(self) -> None:
-        recording = self._recordings.of(self._connection.source)
+        recording = self._recordings.of(self._open_sources.current)
         if recording is not None:
             self.playRequested.emit(str(SourceUri("file", str(recording.path))))
 
@@ -136,7 +136,7 @@ class PauseController(QObject):
         self,
         actions: PauseActions,
         bar: PauseBar,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         history: FrameHistory,
         messages: CurrentMessages,
@@ -146,7 +146,7 @@ class PauseController(QObject):
         self._actions = actions
         self._bar = bar
         self._messages = messages
-        self._connection = connection
+        self._open_sources = open_sources
         self._image = image
         self._history = history
         self._frames: tuple[Frame, ...] = ()
@@ -154,16 +154,16 @@ class PauseController(QObject):
         self._steps_itself = False
         "Whether the source is a recording, which steps by its own features."
         bridge = Bridge(self)
-        bridge.bind(connection.opened, self._on_connection_opened)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(open_sources.opened, self._on_source_opened)
+        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
         # Not over the bridge: the queue must be closed before the grabber.
-        connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         bar.frameChosen.connect(self._show)
         bar.liveRequested.connect(lambda: actions.actionPause.setChecked(False))
         actions.actionPause.toggled.connect(self._on_pause_toggled)
         actions.actionStepBack.triggered.connect(lambda: self._step(-1))
         actions.actionStepForward.triggered.connect(lambda: self._step(1))
-        self._on_connection_state_changed(connection.state, "")
+        self._on_source_state_changed(open_sources.state, "")
 
     def _on_pause_toggled(self, paused: bool) -> None:
         if self._steps_itself:
@@ -193,22 +193,22 @@ class PauseController(QObject):
         self._image.freeze(frame)
         self._bar.setPlace(index, len(self._frames), _seconds(frame, newest))
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
-        if source is self._connection.source and source.grabber is not None:
+    def _on_source_opened(self, source: OpenSource) -> None:
+        if source is self._open_sources.current and source.grabber is not None:
             self._actions.actionPause.setChecked(False)
             self._steps_itself = is_recording(source.grabber)
             if not self._steps_itself:
                 self._history.attach(source.grabber)
 
-    def _on_connection_closing(self, _: OpenSource) -> None:
+    def _on_source_closing(self, _: OpenSource) -> None:
         self._history.detach()
 
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+    def _on_source_state_changed(self, state: LinkState, _: str) -> None:
         if state in (LinkState.CLOSED, LinkState.OPENING):
             self._actions.actionPause.setChecked(False)
         actions = self._actions
         for action in (actions.actionPause, actions.actionStepBack, actions.actionStepForward):
-            set_available(action, None if state is LinkState.LOST else lack_of(self._connection.source))
+            set_available(action, None if state is LinkState.LOST else lack_of(self._open_sources.current))
 
 
 def _seconds(frame: Frame, newest: Frame) -> float:
@@ -225,7 +225,7 @@ class PlaybackController(QObject):
         self,
         actions: PauseActions,
         bar: PlaybackBar,
-        connection: Connection,
+        open_sources: OpenSources,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
@@ -233,12 +233,12 @@ class PlaybackController(QObject):
         self._actions = actions
         self._bar = bar
         self._messages = messages
-        self._connection = connection
+        self._open_sources = open_sources
         self._model: PlaybackModel | None = None
         self._bridge: Bridge | None = None
         join = Bridge(self)
-        join.bind(connection.opened, self._on_connection_opened)
-        join.bind(connection.closing, lambda _: self._leave())
+        join.bind(open_sources.opened, self._on_source_opened)
+        join.bind(open_sources.closing, lambda _: self._leave())
         bar.playRequested.connect(lambda playing: self._model.play(playing) if self._model else None)
         bar.stepRequested.connect(self._step)
         bar.positionChosen.connect(lambda place: self._model.go_to(place) if self._model else None)
@@ -248,9 +248,9 @@ class PlaybackController(QObject):
         actions.actionStepBack.triggered.connect(lambda: self._step(-1))
         actions.actionStepForward.triggered.connect(lambda: self._step(1))
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
+    def _on_source_opened(self, source: OpenSource) -> None:
         self._leave()
-        if source is not self._connection.source or source.grabber is None:
+        if source is not self._open_sources.current or source.grabber is None:
             return
         if not is_recording(source.grabber):
             return

@@ -12,8 +12,8 @@ from PyQt5.QtWidgets import QAction, QWidget
 
 from grabbergui.core.environment import write_whole
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.log_book import LogBook
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions
@@ -34,14 +34,14 @@ class ReportController(QObject):
         action: QAction,
         window: QWidget,
         files: FileQuestions,
-        connection: Connection,
+        open_sources: OpenSources,
         book: LogBook,
         messages: CurrentMessages,
     ) -> None:
         super().__init__(window)
         self._window = window
         self._files = files
-        self._connection = connection
+        self._open_sources = open_sources
         self._book = book
         self._messages = messages
         self._bridge = Bridge(self)
@@ -62,7 +62,7 @@ class ReportController(QObject):
         dialog.saveRequested.connect(self._ask_save)
         dialog.finished.connect(self._on_dialog_finished)
         dialog.show()
-        source = self._connection.source
+        source = self._open_sources.current
         grabber = source.grabber if source is not None else None
         threading.Thread(target=self._ask, args=(grabber, dialog), name="report", daemon=True).start()
 

@@ -15,10 +15,10 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
 from grabbergui.models.open_source import Lack, OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
@@ -49,7 +49,7 @@ class SettingsFilesController(QObject):
         self,
         window: QWidget,
         files: FileQuestions,
-        connection: Connection,
+        open_sources: OpenSources,
         work: CameraWork,
         messages: CurrentMessages,
     ) -> None:
@@ -57,7 +57,7 @@ class SettingsFilesController(QObject):
         self._window = window
         self._files = files
         self._messages = messages
-        self._connection = connection
+        self._open_sources = open_sources
         self._kinds = self.tr("Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
         self._work = work
         self.report: SettingsReport | None = None
@@ -90,7 +90,7 @@ class SettingsFilesController(QObject):
 
     def ask_save(self) -> None:
         """Let the user choose a file and save there."""
-        source = self._connection.source
+        source = self._open_sources.current
         camera = source.grabber.info.file_name if source is not None and source.grabber is not None else ""
         name = f"{camera or 'settings'}.yaml"
         if path := self._files.to_save(self.tr("Save settings"), name, self._kinds):
@@ -210,7 +210,7 @@ class SettingsFilesController(QObject):
 
     def compare_files(self, first: Path, second: Path) -> None:
         """Show the differences of two files, and offer to load either."""
-        source = self._connection.source
+        source = self._open_sources.current
         selectors_of = (
             source.tracked_grabber.selectors_of
             if source is not None and source.tracked_grabber is not None
@@ -247,7 +247,7 @@ class UserSetsController(QObject):
         self,
         action: QAction,
         window: QWidget,
-        connection: Connection,
+        open_sources: OpenSources,
         work: CameraWork,
         messages: CurrentMessages,
     ) -> None:
@@ -258,7 +258,7 @@ class UserSetsController(QObject):
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
         action.triggered.connect(self.show)
-        ability = CameraAbility(self, connection, has_user_sets, Lack.USER_SETS, action)
+        ability = CameraAbility(self, open_sources, has_user_sets, Lack.USER_SETS, action)
         ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:

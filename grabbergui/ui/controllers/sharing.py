@@ -10,9 +10,9 @@ from PyQt5.QtCore import QObject, Qt, QTimer
 from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QAction, QMessageBox, QWidget
 
-from grabbergui.models.connection import Connection
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import OpenSource, lack_of
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.remote_source import RemoteSource
 from grabbergui.models.share import DEFAULT_NAMES, Network, Remedy, ShareOptions, ShareStatus
 from grabbergui.models.sharing import Sharing, peer_changes
@@ -37,14 +37,14 @@ class SharingController(QObject):
         action: QAction,
         chip: ShareChip,
         window: QWidget,
-        connection: Connection,
+        open_sources: OpenSources,
         sharing: Sharing,
         image: ImageModel,
         preferences: Preferences,
     ) -> None:
         super().__init__(window)
         self._action, self._chip, self._window = action, chip, window
-        self._connection, self._sharing, self._image = connection, sharing, image
+        self._open_sources, self._sharing, self._image = open_sources, sharing, image
         self._preferences = preferences
         self.dialog: ShareDialog | None = None
         "While it is shown."
@@ -54,8 +54,8 @@ class SharingController(QObject):
         "The source that the dialog's fields were filled for."
         bridge = Bridge(self)
         bridge.bind(sharing.changed, self._show)
-        bridge.bind(connection.state_changed, lambda *_: self._show())
-        bridge.bind(connection.sources_changed, lambda _: self._show())
+        bridge.bind(open_sources.state_changed, lambda *_: self._show())
+        bridge.bind(open_sources.changed, lambda _: self._show())
         action.triggered.connect(self.show)
         chip.clicked.connect(self.show)
         self._timer = QTimer(self)
@@ -119,7 +119,7 @@ class SharingController(QObject):
             self._share(network, self.dialog.options(network))
 
     def _on_dialog_stop_requested(self, network: Network) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         if source is None:
             return
         statuses = [status for status in self._sharing.of(source) if status.network is network]
@@ -127,7 +127,7 @@ class SharingController(QObject):
         self.confirm_for(readers, lambda: self._sharing.stop(source, network))
 
     def _on_dialog_remedy_requested(self, network: Network) -> None:
-        source, dialog = self._connection.source, self.dialog
+        source, dialog = self._open_sources.current, self.dialog
         statuses = [status for status in self._sharing.of(source) if status.network is network]
         if dialog is None or not statuses:
             return
@@ -139,7 +139,7 @@ class SharingController(QObject):
             clipboard.setText(statuses[0].command)
 
     def _share(self, network: Network, options: ShareOptions) -> None:
-        if (source := self._connection.source) is None:
+        if (source := self._open_sources.current) is None:
             return
         self._preferences.keep_share_name(network.value, options.name)
         self._sharing.share(source, network, options)
@@ -150,7 +150,7 @@ class SharingController(QObject):
             dialog.deleteLater()
 
     def _show(self) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         lack = lack_of(source)
         set_available(self._action, lack)
         statuses = self._sharing.of(source)
@@ -174,7 +174,7 @@ class SharingController(QObject):
         return {**names, **{status.network: status.options for status in statuses}}
 
     def _show_chip(self) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         remote = RemoteSource.of(source)
         statuses = [status for status in self._sharing.of(source) if status.running]
         self._chip.setVisible(source is not None)

@@ -8,10 +8,10 @@ from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SIMULATED
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import ListedSource, SourceListModel, typed_uri, with_description
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
@@ -34,7 +34,7 @@ class SourcesController(QObject):
         self,
         view: SourceListView,
         model: SourceListModel,
-        connection: Connection,
+        opener: SourceOpener,
         preferences: Preferences,
         tasks: TaskStack,
         confirm: Confirm,
@@ -46,7 +46,8 @@ class SourcesController(QObject):
         self._messages = messages
         self._view = view
         self._model = model
-        self._connection = connection
+        self._opener = opener
+        self._open_sources = open_sources = opener.open_sources
         self._preferences = preferences
         self._tasks = tasks
         self._confirm = confirm
@@ -55,10 +56,10 @@ class SourcesController(QObject):
         bridge = Bridge(self)
         bridge.bind(model.changed, self._on_model_changed)
         bridge.bind(model.searching, view.setSearching)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        bridge.bind(connection.refused, model.note_problem)
-        bridge.bind(connection.pending_changed, self._on_connection_pending_changed)
-        bridge.bind(connection.sources_changed, self._on_connection_sources_changed)
+        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
+        bridge.bind(opener.refused, model.note_problem)
+        bridge.bind(open_sources.pending_changed, self._on_pending_changed)
+        bridge.bind(open_sources.changed, self._on_sources_changed)
         view.connectRequested.connect(self.connect_to)
         view.stillRequested.connect(lambda uri: self.connect_to(uri, start=False))
         view.besideRequested.connect(self.open_additional)
@@ -75,29 +76,29 @@ class SourcesController(QObject):
         """Open a source, and `start` it. A malformed URI is posted as a message."""
         uri = typed_uri(uri)
         try:
-            replaced = self._connection.replaced_by(uri)
+            replaced = self._opener.replaced_by(uri)
         except UsageError as error:
             self._messages.error(error_text(error))
         else:
-            self._confirm([replaced], lambda: self._connection.connect_to(uri, start=start))
+            self._confirm([replaced], lambda: self._opener.connect_to(uri, start=start))
 
     def play(self, uri: str) -> None:
         """Play a recording, and keep the current source open. A malformed URI is posted as a message."""
         try:
-            replaced = self._connection.replaced_by(uri, playing=True)
+            replaced = self._opener.replaced_by(uri, playing=True)
         except UsageError as error:
             self._messages.error(error_text(error))
         else:
-            self._confirm([replaced], lambda: self._connection.play(uri))
+            self._confirm([replaced], lambda: self._opener.play(uri))
 
     def disconnect_current(self) -> None:
         """Close the current source."""
-        self._confirm([self._connection.source], self._connection.disconnect)
+        self._confirm([self._open_sources.current], self._open_sources.close_current)
 
     def open_additional(self, uri: str) -> None:
         """Open an additional source. A malformed URI is posted as a message."""
         try:
-            self._connection.open_additional(typed_uri(uri))
+            self._opener.open_additional(typed_uri(uri))
         except UsageError as error:
             self._messages.error(error_text(error))
 
@@ -135,8 +136,8 @@ class SourcesController(QObject):
         self._view.setSources(lines)
         self._view.hintLabel.setVisible(all(line.info.uri.startswith(SIMULATED) for line in lines))
 
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
-        source = self._connection.source
+    def _on_source_state_changed(self, state: LinkState, _: str) -> None:
+        source = self._open_sources.current
         uri = str(source.uri) if source is not None else ""
         if source is not None and source.grabber is not None and (state.connected or state is LinkState.LOST):
             # A source found is listed under the URI that names it exactly, e.g. by its serial number.
@@ -147,7 +148,7 @@ class SourcesController(QObject):
             self._preferences.note_source(str(source.uri))
             self._view.setRecent(self._preferences.recent)
 
-    def _on_connection_pending_changed(self, pending: OpenSource | None) -> None:
+    def _on_pending_changed(self, pending: OpenSource | None) -> None:
         if self._row is not None:
             self._tasks.end(self._row)
             self._row = None
@@ -155,14 +156,14 @@ class SourcesController(QObject):
             QTimer.singleShot(SHOWN_AFTER_MS, lambda: self._show_pending(pending))
 
     def _show_pending(self, pending: OpenSource) -> None:
-        if pending is not self._connection.pending or self._row is not None:
+        if pending is not self._open_sources.pending or self._row is not None:
             return
         self._row = self._tasks.begin(self.tr("Connecting"))
         self._row.setText(str(pending.uri))
-        self._row.cancelRequested.connect(self._connection.cancel_pending)
+        self._row.cancelRequested.connect(self._open_sources.cancel_pending)
 
-    def _on_connection_sources_changed(self, _: tuple[OpenSource, ...]) -> None:
-        sources = self._connection.sources  # the emitted ones may be older than those of the last call
+    def _on_sources_changed(self, _: tuple[OpenSource, ...]) -> None:
+        sources = self._open_sources.all  # the emitted ones may be older than those of the last call
         known = {str(s.uri): s for s in sources if s.state.connected or s.state is LinkState.LOST}
         self._model.set_open(
             {uri: s.grabber.info for uri, s in known.items() if s.grabber is not None},

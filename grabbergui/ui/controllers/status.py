@@ -6,11 +6,11 @@ import time
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import Diagnosis, Stage, StreamObservation, diagnose
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import Cause, MessageModel, Offer, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import LiveImageView, StatusView
@@ -33,7 +33,7 @@ class StatusController(QObject):
         self,
         strip: StatusView,
         view: LiveImageView,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         status: StatusModel,
         messages: MessageModel,
@@ -42,7 +42,7 @@ class StatusController(QObject):
         super().__init__(parent)
         self._strip = strip
         self._view = view
-        self._connection = connection
+        self._open_sources = open_sources
         self._image = image
         self._status = status
         self._messages = messages
@@ -52,8 +52,8 @@ class StatusController(QObject):
         self._title = self._lock = ""
         bridge = Bridge(self)
         bridge.bind(messages.changed, self._show_messages)
-        bridge.bind(connection.state_changed, lambda *_: self.refresh())
-        bridge.bind(connection.sources_changed, lambda _: self.refresh())
+        bridge.bind(open_sources.state_changed, lambda *_: self.refresh())
+        bridge.bind(open_sources.changed, lambda _: self.refresh())
         self._timer = QTimer(self)
         self._timer.setInterval(STATUS_PERIOD_MS)
         self._timer.timeout.connect(self.refresh)
@@ -62,7 +62,7 @@ class StatusController(QObject):
 
     def refresh(self) -> None:
         """Read everything now."""
-        source = self._connection.source
+        source = self._open_sources.current
         now = time.monotonic()
         step, self._looked = min(now - self._looked, MOST_STEP), now
         if source is not self._shown:
@@ -84,7 +84,7 @@ class StatusController(QObject):
         self._show_messages()
 
     def _show_messages(self) -> None:
-        self._strip.setMessages(self._messages.shown(self._connection.source))
+        self._strip.setMessages(self._messages.shown(self._open_sources.current))
 
     def _show_title(self, source: OpenSource | None, status: SourceStatus) -> None:
         title = status.title(source.title) if source is not None else ""

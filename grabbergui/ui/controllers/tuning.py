@@ -11,7 +11,6 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
 from grabbergui.models.image.live_image import ImageModel
@@ -26,6 +25,7 @@ from grabbergui.models.one_push import (
     let_camera,
 )
 from grabbergui.models.open_source import Lack, LinkState, OpenSource
+from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.tuning import TuningRun
 from grabbergui.models.undo_steps import UndoStep
@@ -45,7 +45,7 @@ class TuningController(QObject):
         actions: TuningActions,
         view: DrawableView,
         tasks: TaskStack,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         messages: CurrentMessages,
         parent: QObject,
@@ -54,7 +54,7 @@ class TuningController(QObject):
         self._actions = actions
         self._view = view
         self._tasks = tasks
-        self._connection = connection
+        self._open_sources = open_sources
         self._image = image
         self._messages = messages
         self._push = OnePush()
@@ -64,13 +64,13 @@ class TuningController(QObject):
         bridge.bind(self._push.succeeded, self._messages.notice)
         bridge.bind(self._push.failed, self._messages.error)
         bridge.bind(self._push.ended, self._on_ended)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
         self._abilities = {
-            CameraAbility(self, connection, can_expose, Lack.EXPOSURE): (
+            CameraAbility(self, open_sources, can_expose, Lack.EXPOSURE): (
                 actions.actionExpose,
                 actions.actionExposeRegion,
             ),
-            CameraAbility(self, connection, can_balance, Lack.BALANCE): (
+            CameraAbility(self, open_sources, can_balance, Lack.BALANCE): (
                 actions.actionBalance,
                 actions.actionBalanceRegion,
             ),
@@ -79,7 +79,7 @@ class TuningController(QObject):
         for ability in self._abilities:
             ability.changed.connect(self._enable)
         # Not over the bridge: work in progress has to stop before the camera is closed.
-        connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         actions.actionExpose.triggered.connect(self.expose)
         actions.actionBalance.triggered.connect(self.balance)
@@ -115,7 +115,7 @@ class TuningController(QObject):
             self._start(self.tr("White balance on a region"), partial(balance, region=seen))
 
     def _start(self, name: str, tuning: Tuning) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         if source is None or source.tracked_grabber is None or source.features is None:
             return
         if not self._push.start(name, tuning, source.tracked_grabber, source.features):
@@ -135,10 +135,10 @@ class TuningController(QObject):
             self._row = None
         self._enable()
 
-    def _on_connection_closing(self, _: OpenSource) -> None:
+    def _on_source_closing(self, _: OpenSource) -> None:
         self._push.cancel()
 
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+    def _on_source_state_changed(self, state: LinkState, _: str) -> None:
         self._enable()
 
     def _enable(self) -> None:
@@ -161,14 +161,14 @@ class RegionController(QObject):
         self,
         actions: RegionActions,
         view: DrawableView,
-        connection: Connection,
+        open_sources: OpenSources,
         image: ImageModel,
         messages: CurrentMessages,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._view = view
-        self._connection = connection
+        self._open_sources = open_sources
         self._image = image
         self._messages = messages
         self._bridge = Bridge(self)
@@ -177,7 +177,7 @@ class RegionController(QObject):
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         ability = CameraAbility(
             self,
-            connection,
+            open_sources,
             sensor_region.has_region,
             Lack.REGION,
             actions.actionRegion,
@@ -203,7 +203,7 @@ class RegionController(QObject):
         self._change(lambda grabber: sensor_region.apply(grabber, wanted))
 
     def _change(self, change: Callable[[FrameGrabber], Region]) -> None:
-        source = self._connection.source
+        source = self._open_sources.current
         if source is None or source.tracked_grabber is None or source.features is None:
             return
         grabber, step = source.tracked_grabber, UndoStep(self.tr("Region of the sensor"))

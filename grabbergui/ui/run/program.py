@@ -16,7 +16,6 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.connection import Connection
 from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.log_book import LogBook
@@ -27,6 +26,7 @@ from grabbergui.models.open_source import OpenSource
 from grabbergui.models.recording import Recordings
 from grabbergui.models.sharing import Sharing
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
@@ -86,35 +86,36 @@ class Program(QObject):
         "The source with which the program began; empty if the command line named none."
         self.source_list = SourceListModel()
         self.messages = MessageModel()
-        self.connection = Connection(create, self.messages)
-        self.status = StatusModel(self.connection)
-        self.gallery = GalleryModel(self.connection)
+        self.opener = SourceOpener(create, self.messages)
+        self.open_sources = self.opener.open_sources
+        self.status = StatusModel(self.open_sources)
+        self.gallery = GalleryModel(self.open_sources)
         self.image = ImageModel()
         self.snapshots = SnapshotWriter()
         self.history = FrameHistory()
         self.measuring = MeasuringModel(lambda: self.image.shown)
         self.log_book = LogBook()
         self.log_book.open()
-        self.recordings = Recordings(self.connection)
+        self.recordings = Recordings(self.open_sources, self.messages)
         self.status.recorded = self.recordings.runs
-        self.sharing = Sharing(self.connection, remote_terminal)
-        said = CurrentMessages(self.messages, lambda: self.connection.source)
+        self.sharing = Sharing(self.open_sources, self.opener.stream, remote_terminal)
+        said = CurrentMessages(self.messages, lambda: self.open_sources.current)
         files = FileDialogs(window)
         image, tasks = window.image, window.image.tasks
         rows = (window.features.rows, window.favourites.rows)
-        connection = self.connection
+        open_sources = self.open_sources
         self.recording = RecordingController(
-            window.actionRecord, window.recordingBar, connection, self.recordings, preferences, files
+            window.actionRecord, window.recordingBar, open_sources, self.recordings, preferences, files
         )
         self.share_chip = ShareChip(window)
         window.statusbar.addPermanentWidget(self.share_chip)
         self.sharer = SharingController(
-            window.actionShare, self.share_chip, window, connection, self.sharing, self.image, preferences
+            window.actionShare, self.share_chip, window, open_sources, self.sharing, self.image, preferences
         )
         self.sources = SourcesController(
             window.sources,
             self.source_list,
-            connection,
+            self.opener,
             preferences,
             tasks,
             self._confirm_closing,
@@ -122,44 +123,55 @@ class Program(QObject):
             files,
         )
         self.tiles = GalleryController(
-            window.gallery, self.gallery, connection, self.status, self._confirm_closing
+            window.gallery, self.gallery, open_sources, self.status, self._confirm_closing
         )
         self.acquisition = AcquisitionController(
-            window, image, connection, self.gallery, self.image, self.snapshots, preferences, said, self
+            window,
+            image,
+            open_sources,
+            self.opener.stream,
+            self.gallery,
+            self.image,
+            self.snapshots,
+            preferences,
+            said,
+            self,
         )
         self.status_bar = StatusController(
-            window.status, image, connection, self.image, self.status, self.messages, self
+            window.status, image, open_sources, self.image, self.status, self.messages, self
         )
         self.features = FeatureController(window.features, window.favourites, self)
-        self.work = CameraWork(tasks, connection, said)
-        self.settings_files = SettingsFilesController(window, files, connection, self.work, said)
-        self.user_sets = UserSetsController(window.actionUserSets, window, connection, self.work, said)
-        self.lut = LutController(window.actionLookUpTable, window, files, connection, self.work, said)
-        self.display = DisplayController(window, image, window.histogram, connection, self.image, self)
-        self.components = ComponentController(window, image, window.histogram, connection, self.image, self)
+        self.work = CameraWork(tasks, open_sources, said)
+        self.settings_files = SettingsFilesController(window, files, open_sources, self.work, said)
+        self.user_sets = UserSetsController(window.actionUserSets, window, open_sources, self.work, said)
+        self.lut = LutController(window.actionLookUpTable, window, files, open_sources, self.work, said)
+        self.display = DisplayController(window, image, window.histogram, open_sources, self.image, self)
+        self.components = ComponentController(window, image, window.histogram, open_sources, self.image, self)
         self.points = PointCloudController(window.actionShowPoints, window, self.image, self)
         self.measures = MeasuringController(
-            image, window, window.actionClipping, connection, self.image, self.measuring, self
+            image, window, window.actionClipping, open_sources, self.image, self.measuring, self
         )
         self.pausing = PauseController(
-            window, image.pauseBar, connection, self.image, self.history, said, self
+            window, image.pauseBar, open_sources, self.image, self.history, said, self
         )
-        self.playback = PlaybackController(window, image.playbackBar, connection, said, self)
-        self.region = RegionController(window, image, connection, self.image, said, self)
-        self.tuning = TuningController(window, image, tasks, connection, self.image, said, self)
-        self.changes = ChangesController(window, window.changes, rows, files, connection, said, self)
-        self.values = ValuesController(window.values, window.valuesDock, files, connection, said, self)
+        self.playback = PlaybackController(window, image.playbackBar, open_sources, said, self)
+        self.region = RegionController(window, image, open_sources, self.image, said, self)
+        self.tuning = TuningController(window, image, tasks, open_sources, self.image, said, self)
+        self.changes = ChangesController(window, window.changes, rows, files, open_sources, said, self)
+        self.values = ValuesController(window.values, window.valuesDock, files, open_sources, said, self)
         self.favourites = FavouritesController(
-            window, window.favourites, connection, self.features, preferences, said, self
+            window, window.favourites, open_sources, self.features, preferences, said, self
         )
-        self.feature_menu = FeatureMenuController(window, rows, connection, self.favourites)
+        self.feature_menu = FeatureMenuController(window, rows, open_sources, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
-        self.calibrating = CalibrationOpener(window.actionCalibrate, window, connection)
-        self.calibration = CalibrationViewController(window, image, files, connection, self.image, said, self)
+        self.calibrating = CalibrationOpener(window.actionCalibrate, window, open_sources)
+        self.calibration = CalibrationViewController(
+            window, image, files, open_sources, self.image, said, self
+        )
         self.calibrating.saved.connect(self.calibration.load)
         self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
-        self.report = ReportController(window.actionReport, window, files, connection, self.log_book, said)
+        self.report = ReportController(window.actionReport, window, files, open_sources, self.log_book, said)
         self._settings_to_compare: Path | None = None
         self._down = False
         self._join()
@@ -198,7 +210,7 @@ class Program(QObject):
             self.window.hide()  # at once: what follows may take CLOSE_TIME
             self.features.set_model(None)
             self.source_list.stop(0)  # a search in progress ends while the rest is closed
-            self.connection.close_all()
+            self.open_sources.close_all()
         deadline = time.monotonic() + timeout
         waits: tuple[tuple[str, Callable[[float], bool]], ...] = (
             ("the thumbnails", self.gallery.close),
@@ -209,7 +221,7 @@ class Program(QObject):
             ("a recording", self.recordings.close),
             ("the one-push tuning", self.tuning.shut_down),
             ("a shared camera", self.sharing.close),
-            ("a camera", self.connection.wait_closed),
+            ("a camera", self.open_sources.wait_closed),
             ("a snapshot", self.snapshots.wait),
             ("the search for sources", self.source_list.stop),
         )
@@ -221,9 +233,9 @@ class Program(QObject):
     def _join(self) -> None:
         window = self.window
         self._bridge = Bridge(self)
-        self._bridge.bind(self.connection.opened, self._on_connection_opened)
-        self._bridge.bind(self.connection.closing, lambda _: self.features.set_model(None))
-        self._bridge.bind(self.connection.ending, self._on_connection_ending)
+        self._bridge.bind(self.open_sources.opened, self._on_source_opened)
+        self._bridge.bind(self.open_sources.closing, lambda _: self.features.set_model(None))
+        self._bridge.bind(self.open_sources.ending, self._on_source_ending)
         self.display.orientationChanged.connect(self.measures.show_marks)
         self.status_bar.titleChanged.connect(self._on_title_changed)
         self.status_bar.lockChanged.connect(self.features.set_locked)
@@ -261,15 +273,15 @@ class Program(QObject):
             window.restoreState(preferences.layout, LAYOUT_VERSION)
         window.setTheme(preferences.theme)
 
-    def _on_connection_opened(self, source: OpenSource) -> None:
-        if source is self.connection.source and source.grabber is not None:
+    def _on_source_opened(self, source: OpenSource) -> None:
+        if source is self.open_sources.current and source.grabber is not None:
             self.features.set_model(source.features)
             self.favourites.restore(source.grabber.info)
             if self._settings_to_compare is not None:
                 path, self._settings_to_compare = self._settings_to_compare, None
                 self.settings_files.compare(path)
 
-    def _on_connection_ending(self, source: OpenSource) -> None:
+    def _on_source_ending(self, source: OpenSource) -> None:
         if source.features is not None:
             self.features.forget(source.features)
 

@@ -53,7 +53,7 @@ class ScriptApi:
         "Seconds that a call waits that is given no `timeout`; a script on a slow computer may raise it."
         self._failures: list[str] = []
         self._closed = False
-        program.connection.failed.connect(self._failures.append)
+        program.opener.reports.failed.connect(self._failures.append)
         program.window.closing.connect(self._on_window_closing)
 
     @property
@@ -72,23 +72,23 @@ class ScriptApi:
     def messages(self) -> list[str]:
         """The messages that the window shows, the newest first."""
         program = self.program
-        return [message.text for message in program.messages.shown(program.connection.source)]
+        return [message.text for message in program.messages.shown(program.open_sources.current)]
 
     def open(self, uri: str, timeout: float | None = None) -> FrameGrabber:
         """Open a source in place of the current one, start it, and return it."""
         del self._failures[:]
-        connection = self.program.connection
-        before = connection.source
-        connection.connect_to(uri)
+        open_sources = self.program.open_sources
+        before = open_sources.current
+        self.program.opener.connect_to(uri)
 
         def settled() -> bool:
             if self._failures:
                 return True
             ended = (LinkState.STREAMING, LinkState.CLOSED)
-            return connection.source is not before and connection.state in ended
+            return open_sources.current is not before and open_sources.state in ended
 
         self.until(settled, timeout, f"{uri} is not open")
-        if connection.source is before or connection.state is not LinkState.STREAMING:
+        if open_sources.current is before or open_sources.state is not LinkState.STREAMING:
             raise GrabberError(self._failures[0] if self._failures else f"{uri} was closed")
         return self.grabber
 
@@ -99,27 +99,27 @@ class ScriptApi:
         """
         if otherwise and not self.program.named_source:
             return self.open(otherwise, timeout)
-        connection = self.program.connection
+        open_sources = self.program.open_sources
 
         def refusal() -> str:
             """Return why the source did not open, which may have been known before the script began."""
             if self._failures:
                 return self._failures[0]
-            return connection.reason if connection.state is LinkState.CLOSED else ""
+            return open_sources.reason if open_sources.state is LinkState.CLOSED else ""
 
         self.until(
-            lambda: refusal() or connection.state is LinkState.STREAMING,
+            lambda: refusal() or open_sources.state is LinkState.STREAMING,
             timeout,
             "the source of the command line is not open",
         )
-        if connection.state is not LinkState.STREAMING:
+        if open_sources.state is not LinkState.STREAMING:
             raise GrabberError(refusal())
         return self.grabber
 
     def close(self, timeout: float | None = None) -> None:
         """Close every source, and wait until they are."""
-        self.program.connection.close_all()
-        self.until(lambda: self.program.connection.wait_closed(0), timeout, "a source does not close")
+        self.program.open_sources.close_all()
+        self.until(lambda: self.program.open_sources.wait_closed(0), timeout, "a source does not close")
 
     def get(self, name: str) -> Feature:
         """Read a feature."""
@@ -191,7 +191,7 @@ class ScriptApi:
         raise _Ended(code)
 
     def _source(self) -> OpenSource:
-        source = self.program.connection.source
+        source = self.program.open_sources.current
         if source is None:
             raise GrabberError("nothing is open; call app.open('sim:') first")
         if source.tracked_grabber is None:

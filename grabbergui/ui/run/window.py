@@ -139,7 +139,7 @@ class _Report:
             self.on_taken()
 
     def _save(self, path: Path) -> bool:
-        source = self._controller.connection.source
+        source = self._controller.open_sources.current
         if source is not None and source.grabber is not None:
             self._rate = source.grabber.statistics().frame_rate
         return bool(self._controller.window.grab().save(str(path)))
@@ -154,7 +154,7 @@ class _Report:
         if self._code or (interrupted and self._path is None):
             return self._code
         if self._painted == 0 and self._wanted:
-            messages = self._controller.messages.shown(self._controller.connection.source)
+            messages = self._controller.messages.shown(self._controller.open_sources.current)
             reason = messages[0].text if messages else "no frame came from the source in time"
             print_line(f"grabbergui: {reason}", error=True)
             return 1

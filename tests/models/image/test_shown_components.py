@@ -109,7 +109,7 @@ def test_only_brightness_can_be_a_mosaic(pixel_format, mosaic):
     assert is_mosaic(Frame(np.zeros(64, np.uint8), 4, 4, pixel_format)) is mosaic
 
 
-class FakeConnection:
+class FakeSources:
     opened, closing = Signal(object), Signal(object)
 
 
@@ -128,17 +128,17 @@ class SlowSource:
 
 
 def test_a_fact_is_read_again_where_it_may_have_changed_and_never_reported_of_another_camera():
-    connection, first, second = FakeConnection(), SlowSource(), SlowSource()
+    sources, first, second = FakeSources(), SlowSource(), SlowSource()
     facts = []
-    watch = CameraWatch(connection, lambda grabber: grabber.feature("Scan3dUnit").value, may_change)
+    watch = CameraWatch(sources, lambda grabber: grabber.feature("Scan3dUnit").value, may_change)
     watch.changed.connect(facts.append)
-    connection.opened.emit(first)
+    sources.opened.emit(first)
     first.answer()
     first.grabber.features_changed.emit(frozenset({"Gain"}))
     assert facts == ["mm"] and not first.waiting
     first.grabber.features_changed.emit(frozenset({"Scan3dUnit"}))
-    connection.closing.emit(first)
-    connection.opened.emit(second)
+    sources.closing.emit(first)
+    sources.opened.emit(second)
     first.answer()
     assert facts == ["mm"]
     second.answer()
