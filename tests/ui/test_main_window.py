@@ -89,7 +89,7 @@ def test_a_refused_write_shows_in_the_error_bar_and_can_be_dismissed(app):
 
 @pytest.mark.parametrize(
     ("typed", "said"),
-    [("192.168.0.10", "did you mean gige:192.168.0.10"), ("nonsense:1", "no known kind")],
+    [("sim:?widht=64", "did you mean width"), ("nonsense:1", "no known kind")],
 )
 def test_a_bad_address_is_explained(app, typed, said):
     edit = app.window.sources.addressEdit
