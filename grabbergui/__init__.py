@@ -73,20 +73,31 @@ if TYPE_CHECKING:
     from grabbergui.library.features import CameraFiles, SettingValue
     from grabbergui.library.group import CameraGroup, GroupFrames
     from grabbergui.library.live_view import NotebookPanel, live_view
+    from grabbergui.library.rig import Rig, open_rig
     from grabbergui.library.streaming import AsyncFrames, FrameLoop, Frames, Recording
     from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
     from grabbergui.recording.errors import RecordingError
     from grabbergui.recording.recorder import RecordingProgress
+    from grabbergui.rig.camera_clock import ClockState
+    from grabbergui.rig.frame_sets import FrameSet, SetState, Stamp
+    from grabbergui.rig.set_statistics import SetCounts
 
 __version__ = "0.2.0"
 
 _HOMES = {
     "open": "library",
     "open_all": "library",
+    "open_rig": "library.rig",
     "discover": "library",
     "live_view": "library.live_view",
     "Camera": "library.camera",
     "CameraGroup": "library.group",
+    "Rig": "library.rig",
+    "FrameSet": "rig.frame_sets",
+    "SetState": "rig.frame_sets",
+    "Stamp": "rig.frame_sets",
+    "SetCounts": "rig.set_statistics",
+    "ClockState": "rig.camera_clock",
     "Frames": "library.streaming",
     "AsyncFrames": "library.streaming",
     "Recording": "library.streaming",
@@ -156,6 +167,7 @@ __all__ = [
     "CameraFileError",
     "CameraFiles",
     "CameraGroup",
+    "ClockState",
     "ClosedError",
     "Component",
     "ComponentKind",
@@ -173,6 +185,7 @@ __all__ = [
     "FeatureValueError",
     "Frame",
     "FrameLoop",
+    "FrameSet",
     "FrameStatus",
     "FrameTimeoutError",
     "Frames",
@@ -193,12 +206,16 @@ __all__ = [
     "RemoteProtocolError",
     "Representation",
     "ResourceExhaustedError",
+    "Rig",
+    "SetCounts",
+    "SetState",
     "SettingKey",
     "SettingOutcome",
     "SettingReport",
     "SettingValue",
     "SourceNotFoundError",
     "SourceUnavailableError",
+    "Stamp",
     "StreamStatistics",
     "TransferCancelledError",
     "TransportError",
@@ -210,6 +227,7 @@ __all__ = [
     "live_view",
     "open",
     "open_all",
+    "open_rig",
 ]
 
 

@@ -172,6 +172,14 @@ class Camera(FeatureAccess):
     def _start(self) -> None:
         self._grabber.start(keep_trigger=self._keep_trigger)
 
+    def streamed(self) -> contextlib.AbstractContextManager[None]:
+        """Have the stream on during the block, as a loop over `frames` has."""
+        return self._use_stream()
+
+    def why_no_frame(self) -> str:
+        """Return why no frame comes, as the end of a sentence; empty if unknown."""
+        return self._why_no_frame()
+
     def _use_stream(self) -> contextlib.AbstractContextManager[None]:
         return self._stream.loop(self._start)
 

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, TypeVar, overload
 
-from grabbergui.core.errors import FeatureError, GrabberError
+from grabbergui.core.errors import FeatureError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import frame_wait
+from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.library.camera import Camera
 from grabbergui.library.features import SettingValue
-from grabbergui.library.streaming import DEPTH
+from grabbergui.library.sets import next_set
+from grabbergui.library.streaming import DEPTH, FrameLoop
+from grabbergui.rig import rig_file
+from grabbergui.rig.camera_clock import CameraClock, ClockWatch
+from grabbergui.rig.frame_sets import MatchByTime
+from grabbergui.rig.set_frame import SetFrame
+from grabbergui.rig.set_stream import SetStream, set_times
 
 Answer = TypeVar("Answer")
 
@@ -144,11 +153,11 @@ class CameraGroup(Sequence[Camera]):
     def frames(
         self, count: int | None = None, *, timeout: float | None = None, depth: int = DEPTH
     ) -> GroupFrames:
-        """Iterate over tuples of the n-th frame of each camera. All streams start before a frame is awaited.
+        """Iterate over tuples with a frame of each camera. All streams start before a frame is awaited.
 
-        Up to `depth` frames of each camera wait for a slow loop; what it was too slow for is counted by
-        `dropped`. A frame that one camera loses shifts its later ones; their `frame_id` and `timestamp_ns`
-        tell.
+        The frames of a tuple are of one moment, within half of the longest frame period, by the cameras'
+        clocks; a moment of which a camera's frame is missing is left out, so that nothing is shifted. Up to
+        `depth` tuples wait for a slow loop; what it was too slow for is counted by `dropped`.
         """
         return GroupFrames(self, count, timeout, depth)
 
@@ -185,16 +194,60 @@ class GroupFrames:
     """The frames of a group of cameras, as an iterable of tuples: see `CameraGroup.frames`."""
 
     def __init__(self, cameras: CameraGroup, count: int | None, timeout: float | None, depth: int) -> None:
-        self._loops = [camera.frames(count, timeout=timeout, depth=depth) for camera in cameras]
+        if count is not None and count < 0:
+            raise UsageError(f"frames({count}): the number of frames is 0 or more, or None for no end")
+        self._cameras = cameras
+        self._count = count
+        self._timeout = timeout
+        self._depth = depth
+        self._queue: FrameQueue | None = None
+        self._dropped = 0
 
     @property
     def dropped(self) -> tuple[int, ...]:
         """Frames of each camera that the loop was too slow for, so far or in the last loop."""
-        return tuple(loop.dropped for loop in self._loops)
+        dropped = self._queue.dropped if self._queue is not None else self._dropped
+        return (dropped,) * len(self._cameras)
 
-    def __iter__(self) -> Iterator[tuple[Frame, ...]]:
-        # Each of the loops ends its own stream, however this one is left.
-        return zip(*[iter(loop) for loop in self._loops], strict=False)
+    def __iter__(self) -> FrameLoop[tuple[Frame, ...]]:
+        stack = contextlib.ExitStack()
+        try:
+            return FrameLoop(self._started(stack), stack)
+        except BaseException:
+            stack.close()
+            raise
+
+    def _started(self, stack: contextlib.ExitStack) -> Iterator[tuple[Frame, ...]]:
+        """Start gathering sets, then the streams, until the stack is closed."""
+        cameras = {f"camera{number}": camera for number, camera in enumerate(self._cameras, 1)}
+        grabbers = {name: camera.grabber for name, camera in cameras.items()}
+        names = tuple(grabbers)
+        clocks = {name: CameraClock(grabber, wanted="fitted") for name, grabber in grabbers.items()}
+        times = set_times(rig_file.of_sources(dict.fromkeys(names, "")), grabbers.values())
+        matcher: MatchByTime[Frame] = MatchByTime(names, times, deliver_incomplete=False)
+        queue = self._queue = FrameQueue(self._depth)
+        stack.callback(self._end, queue)
+        watch = ClockWatch(clocks, lambda: None)
+        watch.start()
+        stack.callback(watch.stop)
+        sets = SetStream(grabbers, clocks, matcher, lambda images: queue.put(SetFrame.of(images, names)))
+        sets.start()
+        stack.callback(sets.stop)
+        for camera in self._cameras:
+            stack.enter_context(camera.streamed())
+        timeout = self._timeout
+        if timeout is None:
+            timeout = max(frame_wait(grabber) for grabber in grabbers.values())
+        count = () if self._count is None else (self._count,)
+
+        def images(seconds: float) -> tuple[Frame, ...]:
+            return tuple(next_set(queue, seconds, cameras).images.values())
+
+        return map(images, itertools.repeat(timeout, *count))
+
+    def _end(self, queue: FrameQueue) -> None:
+        self._queue, self._dropped = None, queue.dropped
+        queue.close()
 
 
 def _of_camera(camera: Camera, problem: object) -> BaseException:

@@ -20,6 +20,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from pathlib import Path
 from types import TracebackType
+from typing import TypeVar
 
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
@@ -34,6 +35,7 @@ DEPTH = 8
 
 Get = Callable[[FrameQueue, float], Frame]
 "Takes the next frame of a queue within a time-out, in seconds, or raises an error that says why none came."
+Item = TypeVar("Item")
 Use = Callable[[], AbstractContextManager[None]]
 "Has the stream on as long as the context lasts; raises what starting it raises."
 
@@ -132,7 +134,7 @@ class Frames:
         """Frames that the loop was too slow for, so far or in the last loop."""
         return self._queue.dropped if self._queue is not None else self._dropped
 
-    def __iter__(self) -> FrameLoop:
+    def __iter__(self) -> FrameLoop[Frame]:
         stack, frames = contextlib.ExitStack(), None
         try:
             frames = stack.enter_context(self.started())
@@ -158,19 +160,20 @@ class Frames:
             queue.close()
 
 
-class FrameLoop(Iterator[Frame]):
+class FrameLoop(Iterator[Item]):
     """The iterator of one loop. It ends the use of the stream: at its end, on an error, or when it is left.
 
     A loop that the program leaves by `break` or an exception of its own ends on a thread of the library
     (`collected`), at once. It is no generator: the code in a generator's `finally` would run in a finaliser.
     """
 
-    def __init__(self, frames: Iterator[Frame], stream: contextlib.ExitStack) -> None:
+    def __init__(self, frames: Iterator[Item], stream: contextlib.ExitStack) -> None:
+        """Iterate over frames, or sets of them; `stream` is closed at the end."""
         self._frames = frames
         self._stream = stream
         self._left = when_collected(self, stream.close)
 
-    def __next__(self) -> Frame:
+    def __next__(self) -> Item:
         try:
             return next(self._frames)
         except BaseException:  # StopIteration, too
@@ -234,16 +237,7 @@ class Recording:
         cls, grabber: FrameGrabber, path: Path, kind: RecordingKind, limits: RecordingLimits, use: Use
     ) -> Recording:
         """Start writing the frames that arrive from now on. Raises GrabberError where it cannot be made."""
-        recorder = create_recorder(grabber, path, kind, limits)
-        stream = contextlib.ExitStack()
-        recorder.start()
-        try:
-            stream.enter_context(use())
-        except BaseException:
-            recorder.stop()
-            recorder.wait()
-            raise
-        return cls(recorder, stream)
+        return begun(create_recorder(grabber, path, kind, limits), use)
 
     @property
     def path(self) -> Path:
@@ -289,6 +283,19 @@ class Recording:
         else:
             with contextlib.suppress(GrabberError):
                 self.stop()
+
+
+def begun(recorder: Recorder, use: Use) -> Recording:
+    """Start a recorder, with the stream on. Raises what `use` raises."""
+    stream = contextlib.ExitStack()
+    recorder.start()
+    try:
+        stream.enter_context(use())
+    except BaseException:
+        recorder.stop()
+        recorder.wait()
+        raise
+    return Recording(recorder, stream)
 
 
 _CLOSING: set[threading.Thread] = set()

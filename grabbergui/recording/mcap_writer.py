@@ -34,11 +34,11 @@ class McapWriter(RecordingWriter):
     Nothing is compressed; each image has a chunk. The components of a frame share sequence number and time.
     """
 
-    TOPIC = "/grabbergui/image_raw"
-    COMPONENT_TOPIC = "/grabbergui/{}/image_raw"
-    FRAME_ID = "camera"
-
     keeps_components = True
+    camera = "grabbergui"
+    "First part of the topics of the frames that are written now."
+    frame_id = "camera"
+    "In the headers of their images."
 
     def __init__(self, path: Path, info: DeviceInfo, scan: Scan3d | None = None) -> None:
         self.path = path
@@ -53,6 +53,11 @@ class McapWriter(RecordingWriter):
         self._image_schema = self._schema(ros_image.IMAGE_NAME, ros_image.IMAGE_DEFINITION)
         self._channels: dict[tuple[str, ...], int] = {}
         self._broken = False
+
+    @property
+    def topic(self) -> str:
+        """The topic of the images."""
+        return f"/{self.camera}/image_raw"
 
     @override
     def write(self, frame: Frame) -> None:
@@ -100,7 +105,7 @@ class McapWriter(RecordingWriter):
 
     def _time_of(self, frame: Frame) -> bytes:
         return ros_image.encode_time_reference(
-            frame.received_ns, self.FRAME_ID, frame.timestamp_ns, self._source
+            frame.received_ns, self.frame_id, frame.timestamp_ns, self._source
         )
 
     def _schema(self, name: str, definition: str) -> int:
@@ -114,7 +119,7 @@ class McapWriter(RecordingWriter):
             raise PixelFormatError(f"ROS has no encoding for {pixel_format}; record a folder instead")
         pixels = np.ascontiguousarray(pixels)
         step, data = pixels.nbytes // image.height, pixels.data.cast("B")
-        stamp, frame_id = image.received_ns, self.FRAME_ID
+        stamp, frame_id = image.received_ns, self.frame_id
         message = RosImage(stamp, frame_id, image.height, image.width, encoding, 0, step, data)
         return self._image_channel(pixel_format, part, index, own=bool(image.parts)), message.encode()
 
@@ -122,22 +127,36 @@ class McapWriter(RecordingWriter):
         self, pixel_format: PixelFormat, part: Component | None, index: int, *, own: bool
     ) -> int:
         metadata = {"offered_qos_profiles": "", "pixel_format": pixel_format.name}
-        topic = self.TOPIC
+        topic = self.topic
         if part is not None:
             metadata |= {"component": part.kind.name, "index": str(index), "source": str(part.source)}
             metadata |= {"region": str(part.region), "purpose": str(part.purpose)}
             if not own:
-                metadata[BESIDE_KEY] = self.TOPIC
-                topic = self.COMPONENT_TOPIC.format(f"{part.kind.name.lower()}_{index}")
+                metadata[BESIDE_KEY] = self.topic
+                topic = f"/{self.camera}/{part.kind.name.lower()}_{index}/image_raw"
         key = (topic, *metadata.values())
         if key not in self._channels:
             channel = self._writer.register_channel(topic, "cdr", self._image_schema, metadata)
             self._channels[key] = int(channel)
         return self._channels[key]
 
+    def write_text(self, topic: str, text: str, time_ns: int, sequence: int) -> None:
+        """Write a `std_msgs/msg/String` and flush it. Raises OSError."""
+        if (topic,) not in self._channels:
+            schema = self._schema(ros_image.STRING_NAME, ros_image.STRING_DEFINITION)
+            self._channels[(topic,)] = int(self._writer.register_channel(topic, "cdr", schema))
+        channel, message = self._channels[(topic,)], ros_image.encode_string(text)
+        self._writer.add_message(channel, time_ns, message, time_ns, sequence & 0xFFFF_FFFF)
+        self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def add_camera(self, name: str, info: DeviceInfo) -> None:
+        """Write which camera it is that a name stands for."""
+        texts = {key: _utf8(text) for key, text in info.as_dict().items()}
+        self._writer.add_metadata(f"camera {name}", texts)
+
     def _channel_below(self, suffix: str, name: str, definition: str) -> int:
         """Return the channel of what is known of a frame, on a topic below the images'."""
-        topic = self.TOPIC + suffix
+        topic = self.topic + suffix
         if (topic,) not in self._channels:
             schema, metadata = self._schema(name, definition), {"offered_qos_profiles": ""}
             self._channels[(topic,)] = int(self._writer.register_channel(topic, "cdr", schema, metadata))

@@ -180,7 +180,7 @@ class PlaybackGrabber(FrameGrabber):
             self.connection_changed.emit(ConnectionState.OPENING, "")
             recording = None
             try:
-                recording = open_recording(self._path, topic=self._topic)
+                recording = self._opened_recording()
                 loop, speed = self._defaults
                 state = PlaybackValues(len(recording), recording.duration, loop=loop, speed=speed)
                 first, fault = _first_readable(recording)
@@ -198,6 +198,9 @@ class PlaybackGrabber(FrameGrabber):
             self.noticed.emit(recording.remark)
         if fault:
             self._report(fault)
+
+    def _opened_recording(self) -> RecordingReader:
+        return open_recording(self._path, topic=self._topic)
 
     @override
     def close(self) -> None:

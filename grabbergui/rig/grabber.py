@@ -14,7 +14,6 @@ from typing_extensions import override
 from grabbergui.core.errors import UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_period import frame_period
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
@@ -29,19 +28,16 @@ from grabbergui.rig.frame_sets import (
     MatchByCounter,
     MatchByTime,
     SetMatcher,
-    SetTimes,
 )
 from grabbergui.rig.rig_file import RigEntry
 from grabbergui.rig.set_frame import SetFrame
 from grabbergui.rig.set_statistics import SetCounts
-from grabbergui.rig.set_stream import SetStream
+from grabbergui.rig.set_stream import SetStream, set_times
 from grabbergui.rig.settings_undo import UndoableSettings
 from grabbergui.rig.triggering import RigTrigger
 
 log = logging.getLogger(__name__)
 
-USUAL_PERIOD = 1 / 30
-"Seconds between frames of a camera that does not report it."
 GIGE_FRAME_IDS = 0xFFFF
 "Frame ids of 16 bits go from 1 to this, and begin again."
 
@@ -257,7 +253,7 @@ class RigGrabber(FrameGrabber):
 
     def _matcher(self) -> SetMatcher[Frame]:
         entry, names = self.entry, tuple(self.cameras)
-        times = self.set_times()
+        times = set_times(entry, self.cameras.values())
         delivered = entry.missing != "drop"
         match = entry.match
         if match == "auto":
@@ -267,23 +263,6 @@ class RigGrabber(FrameGrabber):
         if match == "counter":
             return MatchByCounter(names, times, modulus=GIGE_FRAME_IDS, deliver_incomplete=delivered)
         return MatchByTime(names, times, deliver_incomplete=delivered)
-
-    def set_times(self) -> SetTimes:
-        """Return the times that decide about sets, from the rig's file and the cameras' frame rates."""
-        entry = self.entry
-        periods = [period for camera in self.cameras.values() if (period := frame_period(camera)) > 0]
-        rate = entry.trigger.rate if entry.trigger.by != "free" else 0.0
-        if entry.trigger.by == "free":
-            period = max(periods, default=USUAL_PERIOD)
-        else:
-            period = 1 / rate if rate else min(periods, default=USUAL_PERIOD)
-        tolerance = entry.tolerance or period / 2
-        return SetTimes(
-            tolerance_ns=round(tolerance * 1e9),
-            period_ns=round(1e9 / rate) if rate else 0,
-            deadline_ns=round(entry.deadline * 1e9),
-            wait_ns=round(max(entry.wait, 2 * period) * 1e9),
-        )
 
     @override
     def stop(self) -> None:

@@ -4,18 +4,38 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_period import frame_period
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.rig.camera_clock import CameraClock, network_clock
-from grabbergui.rig.frame_sets import FrameSet, MatchByAction, SetMatcher
+from grabbergui.rig.frame_sets import FrameSet, MatchByAction, SetMatcher, SetTimes
+from grabbergui.rig.rig_file import RigEntry
 
 DEPTH = 16
 "Frames of a camera that may wait to be assigned."
+USUAL_PERIOD = 1 / 30
+"Seconds between frames of a camera that does not report it."
 CHECK = 0.02
 "Seconds between checks whether a set is to be given up."
+
+
+def set_times(entry: RigEntry, grabbers: Iterable[FrameGrabber]) -> SetTimes:
+    """Return the times that decide about sets, from a rig's file and the cameras' frame rates."""
+    periods = [period for grabber in grabbers if (period := frame_period(grabber)) > 0]
+    rate = entry.trigger.rate if entry.trigger.by != "free" else 0.0
+    if entry.trigger.by == "free":
+        period = max(periods, default=USUAL_PERIOD)
+    else:
+        period = 1 / rate if rate else min(periods, default=USUAL_PERIOD)
+    return SetTimes(
+        tolerance_ns=round((entry.tolerance or period / 2) * 1e9),
+        period_ns=round(1e9 / rate) if rate else 0,
+        deadline_ns=round(entry.deadline * 1e9),
+        wait_ns=round(max(entry.wait, 2 * period) * 1e9),
+    )
 
 
 class SetStream:

@@ -9,7 +9,7 @@ from grabbergui.core.environment import expanded, find_file
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import PlaybackOptions, SourceUri, read_options
 from grabbergui.rig import rig_file
 from grabbergui.rig.grabber import RigGrabber
 from grabbergui.rig.rig_file import RigEntry
@@ -25,6 +25,12 @@ def create(uri: SourceUri) -> FrameGrabber:
             "rig: needs the file of a rig, as in rig:stereo.yaml; `grabbergui rig new` makes one"
         )
     path = find_file(expanded(uri.name), "rig")
+    options = read_options(PlaybackOptions, uri)
+    if path.suffix.lower() in RECORDINGS:
+        from grabbergui.rig.recording import RigPlayback
+
+        info = DeviceInfo(str(uri), "Recording", model=path.name, bus="File", address=str(path))
+        return RigPlayback(info, path, options)
     info = DeviceInfo(uri=str(uri), bus="Rig", model=path.stem, address=str(path))
     return of_entry(rig_file.read(path), info)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator
 from typing import NoReturn
@@ -10,6 +11,7 @@ import pytest
 
 import grabbergui
 from grabbergui.driver.sim.gige.server import GigeCamera
+from tests.patience import PATIENCE
 
 FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
 ADDRESSES = ("127.20.1.21", "127.20.1.22")
@@ -99,3 +101,22 @@ def test_an_action_exposes_gige_vision_cameras_together(cameras: grabbergui.Came
 def test_no_cameras_are_no_group() -> None:
     with pytest.raises(grabbergui.UsageError, match="name at least one source"):
         grabbergui.open_all([])
+
+
+def test_a_frame_that_one_camera_loses_shifts_no_later_pair(cameras: grabbergui.CameraGroup) -> None:
+    for camera in cameras:
+        camera["TriggerMode"] = "On"
+    pairs = []
+
+    def fire() -> None:
+        for number in range(5):
+            for camera in cameras[:1] if number == 2 else cameras:
+                camera.execute("TriggerSoftware")
+            time.sleep(0.05)
+
+    loop = iter(cameras.frames(4, timeout=PATIENCE))
+    firing = threading.Thread(target=fire)
+    firing.start()
+    pairs = [(left.frame_id, right.frame_id) for left, right in loop]
+    firing.join()
+    assert pairs == [(1, 1), (2, 2), (4, 3), (5, 4)]
