@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from grabbergui.recording.errors import RecordingError
     from grabbergui.recording.recorder import RecordingProgress
     from grabbergui.rig.camera_clock import ClockState
-    from grabbergui.rig.frame_sets import FrameSet, SetState, Stamp
+    from grabbergui.rig.frame_sets import FrameSet, FrameStamp, SetState
     from grabbergui.rig.set_statistics import SetCounts
 
 __version__ = "0.2.0"
@@ -95,7 +95,7 @@ _HOMES = {
     "Rig": "library.rig",
     "FrameSet": "rig.frame_sets",
     "SetState": "rig.frame_sets",
-    "Stamp": "rig.frame_sets",
+    "FrameStamp": "rig.frame_sets",
     "SetCounts": "rig.set_statistics",
     "ClockState": "rig.camera_clock",
     "Frames": "library.streaming",
@@ -186,6 +186,7 @@ __all__ = [
     "Frame",
     "FrameLoop",
     "FrameSet",
+    "FrameStamp",
     "FrameStatus",
     "FrameTimeoutError",
     "Frames",
@@ -215,7 +216,6 @@ __all__ = [
     "SettingValue",
     "SourceNotFoundError",
     "SourceUnavailableError",
-    "Stamp",
     "StreamStatistics",
     "TransferCancelledError",
     "TransportError",

@@ -81,6 +81,7 @@ FAMILIES = {
     "simulate": ("simulate",),
     "name_servers": ("yarp-server",),
     "gige": ("force-ip", "persistent-ip", "trigger-group"),
+    "rig": ("rig",),
     "calibrate": ("calibrate",),
 }
 """Modules here, and the commands that each adds, in the order of `--help`.

@@ -64,6 +64,15 @@ def add_commands(commands: Any) -> None:
         "captures on this machine see the large ones",
     )
 
+    parser.add_argument(
+        "--wire",
+        action="append",
+        default=[],
+        type=_wire,
+        metavar="A.Line2=B.Line1",
+        help="connect the output of the camera at address A to the input of that at B; repeatable",
+    )
+
     faults = parser.add_argument_group("faults on the network (--gige)")
     faults.add_argument("--loss", type=part, default=0.0, metavar="1%", help="share of the packets to drop")
     faults.add_argument("--reorder", action="store_true", help="send some packets out of order")
@@ -104,7 +113,18 @@ def _bandwidth(text: str) -> float:
     return value
 
 
+def _wire(text: str) -> tuple[str, str]:
+    """Parse the ends of a wire: the addresses of the sender and of the receiver."""
+    sender, _, receiver = text.partition("=")
+    ends = sender.removesuffix(".Line2"), receiver.removesuffix(".Line1")
+    if f"{ends[0]}.Line2={ends[1]}.Line1" != text:
+        raise argparse.ArgumentTypeError(f"'{text}' is no wire, such as 127.0.0.1.Line2=127.0.0.2.Line1")
+    return ipv4(ends[0]), ipv4(ends[1])
+
+
 def _simulate_camera(options: argparse.Namespace) -> int:
+    if options.wire and (options.u3v or options.twin is not None):
+        raise UsageError("--wire needs --gige, and no --twin")
     if options.twin is not None and (options.u3v or options.serial or options.camera != "sim:"):
         raise UsageError("--twin needs --gige, and has a serial number and settings of its own")
     camera = SourceUri.parse(options.camera)
@@ -118,6 +138,8 @@ def _simulate_camera(options: argparse.Namespace) -> int:
 
 def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
     addresses = options.gige or ("127.0.0.1",)
+    for end in {end for wire in options.wire for end in wire}.difference(addresses):
+        raise UsageError(f"--wire: there is no camera at {end}; add it to --gige")
     from grabbergui.driver.sim.device import power_on_at_address, scene_of
     from grabbergui.driver.sim.gige.server import serve
     from grabbergui.driver.sim.gige.stream import GigeFaults
@@ -144,6 +166,7 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
         faults=faults,
         bandwidth=options.bandwidth,
         segmentation=options.segmentation,
+        wires=options.wire,
     )
 
 

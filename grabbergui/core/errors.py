@@ -84,6 +84,8 @@ class TransportError(GrabberError):
 class AckTimeoutError(TransportError):
     """The device acknowledged neither the request nor its retries."""
 
+    addresses: frozenset[str] = frozenset()
+    "Of several devices that were asked, those that did not acknowledge."
     postponed = False
     "Whether the device had asked for more time."
 

@@ -198,19 +198,18 @@ def _below(arrivals: Floats, longest_delay: float) -> Limits:
     offsets: list[float] = []
     blocks = max(1, min(BLOCKS, len(arrivals) // FEWEST))
     for block in np.array_split(_in_order(arrivals), blocks):
-        if len(block) < FEWEST:
+        if len(block) < FEWEST or block[0, 0] == block[-1, 0]:
             continue
-        hull = _lower_hull(block)
-        at = int(np.searchsorted(hull[:, 0], block[:, 0].mean()))
-        edge = hull[max(0, at - 1) : at + 1]
-        line = np.interp(block[:, 0], edge[:, 0], edge[:, 1])
-        if len(edge) == 2:
-            (x0, y0), (x1, y1) = edge
-            line = y0 + (y1 - y0) / (x1 - x0) * (block[:, 0] - x0)
-        spread = float(np.partition(block[:, 1] - line, FASTEST)[FASTEST])
-        for x, y in edge:
-            times.append(float(x))
-            offsets.append(float(y) - longest_delay - spread)
+        # The edge of the hull below the block's middle: no line below all arrivals passes higher there.
+        hull, middle = _lower_hull(block), block[:, 0].mean()
+        at = min(max(1, int(np.searchsorted(hull[:, 0], middle))), len(hull) - 1)
+        (x0, y0), (x1, y1) = hull[at - 1], hull[at]
+        slope = (y1 - y0) / (x1 - x0)
+        above = block[:, 1] - (y0 + slope * (block[:, 0] - x0))
+        times.append(float(middle))
+        offsets.append(
+            float(y0 + slope * (middle - x0) - longest_delay - np.partition(above, FASTEST)[FASTEST])
+        )
     return Limits(np.array(times), np.array(offsets))
 
 

@@ -13,7 +13,7 @@ All times are nanoseconds of one clock; `now` may be of another one. One thread.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Generic, TypeVar
 
@@ -54,6 +54,9 @@ class SetTimes:
 
     tolerance_ns: int
     "Largest difference between the times of two frames of one set."
+    least_tolerance_ns: int = 0
+    """If not 0, the tolerance shrinks to half of the least time between two frames of a camera, but not below
+    this: for triggers whose rate is unknown."""
     period_ns: int = 0
     "Least time between two moments; 0 if unknown, as for cameras that run free."
     skew_ns: int = 0
@@ -151,6 +154,7 @@ class SetMatcher(Generic[T]):
         if camera not in self.cameras:
             raise ValueError(f"{camera} is not one of {', '.join(self.cameras)}")
         self._absent.discard(camera)
+        self._learn(camera, stamp)
         if (found := self._set_of(camera, stamp, now_ns)) is not None:
             found.put(camera, frame, stamp)
             if not found.missing:
@@ -158,6 +162,13 @@ class SetMatcher(Generic[T]):
                 found.state = SetState.LATE if late else SetState.COMPLETE
         self._newest[camera] = max(self._newest.get(camera, stamp.time_ns), stamp.time_ns)
         return self.advance(now_ns)
+
+    def _learn(self, camera: str, stamp: FrameStamp) -> None:
+        least, last = self.times.least_tolerance_ns, self._newest.get(camera)
+        if least and last is not None and last < stamp.time_ns:
+            tolerance = max(least, (stamp.time_ns - last) // 2)
+            if tolerance < self.times.tolerance_ns:
+                self.times = replace(self.times, tolerance_ns=tolerance)
 
     def set_present(self, camera: str, present: bool) -> None:
         """No longer wait for a camera that is lost; wait again for one that is back."""

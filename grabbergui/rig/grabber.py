@@ -34,6 +34,8 @@ from grabbergui.rig.set_frame import SetFrame
 from grabbergui.rig.set_statistics import SetCounts
 from grabbergui.rig.set_stream import SetStream, set_times
 from grabbergui.rig.settings_undo import UndoableSettings
+from grabbergui.rig.trigger_diagnosis import TriggerFinding
+from grabbergui.rig.trigger_watch import TriggerWatch
 from grabbergui.rig.triggering import RigTrigger
 
 log = logging.getLogger(__name__)
@@ -62,6 +64,7 @@ class RigGrabber(FrameGrabber):
         self._sets: SetStream | None = None
         self._counts = SetCounts()
         self._settings = UndoableSettings()
+        self._watches: dict[str, TriggerWatch] = {}
         self._tree: Category | None = None
         self._listening = False
         self._starting = threading.RLock()
@@ -100,6 +103,9 @@ class RigGrabber(FrameGrabber):
         if self._trigger is not None:
             self._trigger.undo()
             self._trigger = None
+        for watch in self._watches.values():
+            watch.close()
+        self._watches = {}
         for problem in self._settings.undo():
             log.info("%s", problem)
         self._close_cameras()
@@ -186,7 +192,9 @@ class RigGrabber(FrameGrabber):
             if self._access is Access.CONTROL:
                 self._prepare()
             self._fanout.clear()
-            self._sets = sets = SetStream(self.cameras, self._read_clocks(), self._matcher(), self._deliver)
+            self._sets = sets = SetStream(
+                self.cameras, self._read_clocks(), self._matcher(), self._deliver, self._on_taken
+            )
             sets.start()
             try:
                 self._start_cameras(keep_trigger=keep_trigger or self.entry.trigger.by != "free")
@@ -223,12 +231,20 @@ class RigGrabber(FrameGrabber):
                 if (switch := ptp_switch(grabber)) is None:
                     raise UsageError(f"{name} ({grabber.info.title}) has no PTP; write `clock: fitted`")
                 self._settings.write(grabber, SettingKey(switch), True)
-        trigger = RigTrigger(self.entry.trigger, self.cameras, self._clocks_of_cameras(), self._expect)
+        trigger = RigTrigger(
+            self.entry.trigger, self.cameras, self._clocks_of_cameras(), self._expect, self._on_sent
+        )
         try:
             trigger.prepare()
         except BaseException:
             trigger.undo()
             raise
+        if self.entry.trigger.by != "free":
+            self._watches = {
+                name: TriggerWatch(camera, self.entry.trigger, self._settings)
+                for name, camera in self.cameras.items()
+                if name != self.entry.trigger.leader
+            }
         self._trigger = trigger
 
     def _clocks_of_cameras(self) -> dict[str, CameraClock]:
@@ -315,6 +331,10 @@ class RigGrabber(FrameGrabber):
             ClockWatch(clocks, lambda: None).read()
         return {name: clock.state for name, clock in clocks.items()}
 
+    def trigger_findings(self) -> dict[str, TriggerFinding]:
+        """Return, by camera, what is wrong with its trigger. Reads settings; raises GrabberError."""
+        return {name: watch.finding() for name, watch in self._watches.items()}
+
     def send_trigger(self) -> None:
         """Trigger all cameras once. Raises UsageError without a trigger to send, GrabberError."""
         if self._trigger is None:
@@ -332,6 +352,14 @@ class RigGrabber(FrameGrabber):
     def _deliver(self, images: FrameSet[Frame]) -> None:
         if images:
             self._fanout.put(SetFrame.of(images, tuple(self.cameras)))
+
+    def _on_taken(self, camera: str, frame: Frame) -> None:
+        if (watch := self._watches.get(camera)) is not None:
+            watch.note_frame(frame)
+
+    def _on_sent(self, camera: str, acknowledged: bool) -> None:
+        if (watch := self._watches.get(camera)) is not None:
+            watch.note_sent(acknowledged=acknowledged)
 
     def _expect(self, moment_ns: int) -> None:
         if (sets := self._sets) is not None:

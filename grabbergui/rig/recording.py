@@ -28,7 +28,7 @@ from grabbergui.recording.opening import open_recording
 from grabbergui.recording.playback import PlaybackGrabber
 from grabbergui.recording.reader import RecordingReader
 from grabbergui.recording.recorder import UNLIMITED, Recorder, RecordingLimits
-from grabbergui.rig.frame_sets import FrameSet, SetState, Stamp
+from grabbergui.rig.frame_sets import FrameSet, FrameStamp, SetState
 from grabbergui.rig.grabber import RigGrabber
 from grabbergui.rig.set_frame import SetFrame
 
@@ -112,11 +112,13 @@ class RigRecording(RecordingReader):
     def frame(self, index: int, received_ns: int) -> Frame:
         time_ns, text = self._sets[index]
         moment = time.monotonic_ns()
-        found: FrameSet[Frame] = FrameSet(int(text.get("index", index)), Stamp(moment), moment, self.cameras)
+        found: FrameSet[Frame] = FrameSet(
+            int(text.get("index", index)), FrameStamp(moment), moment, self.cameras
+        )
         for name, offset in text["offsets_ns"].items():
             if (place := self._places[name].get(time_ns)) is not None:
                 frame = self._readers[name].frame(place, received_ns)
-                found.put(name, frame, Stamp(moment + int(offset)))
+                found.put(name, frame, FrameStamp(moment + int(offset)))
         found.put_in_order()
         if not found:
             raise RecordingError(f"{self.path}: set {index} has no image")

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 
-from grabbergui.core.errors import FeatureError, GrabberError, UsageError
+from grabbergui.core.errors import AckTimeoutError, FeatureError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
@@ -36,8 +36,12 @@ class RigTrigger:
         grabbers: Mapping[str, FrameGrabber],
         clocks: Mapping[str, CameraClock],
         expected: Callable[[int], object] = lambda moment_ns: None,
+        sent: Callable[[str, bool], object] = lambda camera, acknowledged: None,
     ) -> None:
-        """`expected` is called with the moment of each trigger on the host's monotonic clock, in ns."""
+        """`expected` is called with the moment of each trigger on the host's monotonic clock, in ns.
+
+        `sent` is called for each camera afterwards, with whether it acknowledged.
+        """
         self.entry = entry
         self.sent = 0
         self.missed = 0
@@ -46,6 +50,7 @@ class RigTrigger:
         self._grabbers = dict(grabbers)
         self._clocks = dict(clocks)
         self._expected = expected
+        self._note_sent = sent
         self._settings = UndoableSettings()
         self._lock = threading.Lock()
         self._pool: ThreadPoolExecutor | None = None
@@ -117,19 +122,29 @@ class RigTrigger:
         moment = time.monotonic_ns() + (round(entry.ahead * 1e9) if estimate is not None else 0)
         at = estimate.device_time(moment) if estimate is not None else None
         self._expected(moment)
-        addresses = {grabber.info.address for grabber in self._grabbers.values() if not grabber.lost}
-        send_action(Action(entry.device_key, entry.group_key, entry.group_mask, at), addresses)
+        present = {name: each.info.address for name, each in self._grabbers.items() if not each.lost}
+        silent: frozenset[str] = frozenset()
+        try:
+            send_action(Action(entry.device_key, entry.group_key, entry.group_mask, at), present.values())
+        except AckTimeoutError as error:
+            silent = error.addresses
+            raise
+        finally:
+            for name, address in present.items():
+                self._note_sent(name, address not in silent)
 
     def _send_software(self) -> None:
         if self._pool is None:
             self._pool = ThreadPoolExecutor(len(self._grabbers), "rig trigger")
         self._expected(time.monotonic_ns())
-        calls = [
-            self._pool.submit(grabber.execute_setting, _key(grabber, "TriggerSoftware"))
-            for grabber in self._grabbers.values()
+        calls = {
+            name: self._pool.submit(grabber.execute_setting, _key(grabber, "TriggerSoftware"))
+            for name, grabber in self._grabbers.items()
             if not grabber.lost
-        ]
-        errors = [error for call in calls if (error := call.exception()) is not None]
+        }
+        errors = [error for call in calls.values() if (error := call.exception()) is not None]
+        for name, call in calls.items():
+            self._note_sent(name, call.exception() is None)
         if errors:
             raise errors[0]
 

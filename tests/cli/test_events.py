@@ -17,7 +17,9 @@ SMALL = "sim:?width=64&height=48&fps=100"
 
 def test_the_events_of_a_camera_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["events", SMALL]) == 0
-    assert capsys.readouterr().out.split() == ["FrameStart", "ExposureEnd", "FrameTriggerMissed", "Test"]
+    edges = ["Line1RisingEdge", "Line1FallingEdge"]
+    named = ["FrameStart", "ExposureEnd", "FrameTriggerMissed", "Test", *edges]
+    assert capsys.readouterr().out.split() == named
 
 
 def test_reported_events_are_printed(capsys: pytest.CaptureFixture[str]) -> None:

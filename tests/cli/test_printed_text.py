@@ -47,6 +47,7 @@ COMMON = {
     "serve": [["serve", REFUSED, "--terminal"]],
     "calibrate": [["calibrate", REFUSED]],
     "trigger-group": [["trigger-group", "1", REFUSED]],
+    "rig": [["rig", "check", "hostile.yaml"], ["rig", "new", "rig\x1b.yaml", "a=sim:", "b=x\x1b:"]],
     "gui": [["gui", "--theme", "d\x1b[31m"]],
 }
 """Command lines of commands that print little, at least for an error."""

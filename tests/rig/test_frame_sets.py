@@ -207,3 +207,14 @@ def test_cameras_that_run_free_are_paired_within_the_tolerance(phase_a, phase_b)
     sets = [each for time, name in sorted(frames) for each in matcher.add(name, time, FrameStamp(time), time)]
     assert sum(not each.missing for each in sets) >= 48
     assert all(each.skew_ns <= period // 2 for each in sets)
+
+
+def test_the_tolerance_shrinks_to_the_rate_that_is_seen():
+    times = SetTimes(tolerance_ns=50 * MS, least_tolerance_ns=5 * MS, wait_ns=10**18)
+    matcher = MatchByTime(("a", "b"), times)
+    sets = matcher.add("a", 0, FrameStamp(0), 0) + matcher.add("b", 0, FrameStamp(30 * MS), 0)
+    assert len(sets) == 1 and not sets[0].missing
+    matcher.add("a", 1, FrameStamp(70 * MS), 0)
+    assert matcher.times.tolerance_ns == 35 * MS
+    matcher.add("a", 2, FrameStamp(74 * MS), 0)
+    assert matcher.times.tolerance_ns == 5 * MS

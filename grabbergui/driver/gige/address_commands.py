@@ -102,10 +102,12 @@ def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) 
             if answer is not None:
                 waiting.discard(answer)
     if waiting:
-        raise AckTimeoutError(
+        unheard = AckTimeoutError(
             f"the action was not acknowledged by {', '.join(sorted(waiting))}; check its device key, group"
             " key and group mask there"
         )
+        unheard.addresses = frozenset(waiting)
+        raise unheard
 
 
 @contextlib.contextmanager

@@ -55,6 +55,13 @@ def active_chunks(memory: RegisterMemory) -> tuple[Chunk, ...]:
     return tuple(chunk for chunk in enabled if chunk is not Chunk.IMAGE)
 
 
+def unoverlapped_period_us(memory: RegisterMemory) -> float:
+    """Return the time between triggers that the sensor needs if it reads out before the next exposure."""
+    lines = memory.integer(reg.HEIGHT) * memory.integer(reg.BINNING_VERTICAL)
+    exposed = memory.number(reg.EXPOSURE_TIME) + reg.EXPOSURE_OVERHEAD_US
+    return exposed + lines * reg.LINE_TIME_US + reg.FRAME_OVERHEAD_US
+
+
 def fastest_rate(memory: RegisterMemory) -> float:
     """Return the frame rate (Hz) that exposure, readout and link allow; the XML has the same formula."""
     exposed = memory.number(reg.EXPOSURE_TIME) + reg.EXPOSURE_OVERHEAD_US

@@ -30,6 +30,22 @@ class TriggerSource(IntEnum):
     SOFTWARE = 0
     ACTION1 = 1
     USER_OUTPUT0 = 2
+    LINE1 = 3
+
+
+class TriggerOverlap(IntEnum):
+    """Values of TriggerOverlap: when the sensor takes the next trigger."""
+
+    READ_OUT = 0
+    OFF = 1
+
+
+class LineSource(IntEnum):
+    """Values of LineSource: the signal that an output carries."""
+
+    OFF = 0
+    EXPOSURE_ACTIVE = 1
+    USER_OUTPUT0 = 2
 
 
 class TriggerActivation(IntEnum):
@@ -116,6 +132,8 @@ class EventSelector(IntEnum):
     EXPOSURE_END = 1
     FRAME_TRIGGER_MISSED = 2
     TEST = 3
+    LINE1_RISING_EDGE = 4
+    LINE1_FALLING_EDGE = 5
 
 
 class UserSetSelector(IntEnum):

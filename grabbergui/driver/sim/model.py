@@ -30,6 +30,7 @@ from grabbergui.driver.sim.enumerations import (
 from grabbergui.driver.sim.file_control import FileControl
 from grabbergui.driver.sim.file_store import FileStore, firmware_version
 from grabbergui.driver.sim.h264_encoder import H264Encoder
+from grabbergui.driver.sim.lines import LINE1, SignalLines
 from grabbergui.driver.sim.lookup_table import LookUpTable
 from grabbergui.driver.sim.memory import (
     Refusal,
@@ -75,6 +76,8 @@ class CameraModel:
 
     on_event: Callable[[EventSelector, int, int], None] | None = None
     """Called with event, frame id, timestamp (ns) for events that are on; any thread, without the lock."""
+    on_output: Callable[[bool, int], None] | None = None
+    """Called with each level at Line2 and its time (ns, monotonic); any thread, without the lock."""
     on_reset: Callable[[], None] | None = None
     """Called after DeviceReset, on the writing thread."""
 
@@ -112,6 +115,7 @@ class CameraModel:
         self.files = files or FileStore()
         self._file_control = FileControl(self.memory, self.files, LookUpTable(self.memory, self.files))
         self._update_geometry()
+        self._lines = SignalLines(self.memory, self._on_line_edge)
         self._user_sets = UserSets(self.memory, self.files)
         self._show_firmware()
         self._install_hooks()
@@ -144,6 +148,13 @@ class CameraModel:
         with self._changed:
             self._stop()
             self._changed.notify_all()
+
+    def set_input(self, high: bool, at: int | None = None) -> None:
+        """Set the level at the input Line1, now or at a time of the monotonic clock (ns)."""
+        with self._changed:
+            self._lines.set_input(high, self._clock() if at is None else at)
+            self._changed.notify_all()
+        self._send_events()
 
     def trigger_action(self, at: int | None = None) -> bool:
         """Execute an action command, now or at a device time; return whether a trigger listens to Action1."""
@@ -232,6 +243,7 @@ class CameraModel:
         chosen = {chunk: values[chunk] for chunk in active_chunks(self.memory)}
         if self._sequencer.finished:
             self._stop()
+        self._lines.expose(start, start + int(settings.exposure_us * 1000))
         self._queue_event(EventSelector.FRAME_START, frame_id, timestamp)
         self._queue_event(EventSelector.EXPOSURE_END, frame_id, timestamp + int(settings.exposure_us * 1000))
         return FramePlan(frame_id, timestamp, settings, chosen, self.memory.integer(reg.PAYLOAD_SIZE))
@@ -269,6 +281,7 @@ class CameraModel:
         for which, register in enumerate(reg.TRIGGER_SOFTWARE):
             self._command(register, partial(self._software_trigger, which))
         memory.on_check(reg.USER_OUTPUT_VALUE, self._set_user_output)
+        memory.on_written(reg.LINE_INVERTER[LINE1], lambda: self._lines.update(self._clock()))
         self._command(reg.TIMESTAMP_LATCH, lambda: memory.set(reg.TIMESTAMP_LATCH_VALUE, self.timestamp()))
         self._command(reg.TIMESTAMP_RESET, self._reset_timestamp)
         memory.on_written(reg.PTP_ENABLE, self._follow_ptp)
@@ -372,10 +385,19 @@ class CameraModel:
         before = self.memory.integer(reg.USER_OUTPUT_VALUE)
         if int(value) == before:
             return
-        edge = TriggerActivation.RISING_EDGE if value else TriggerActivation.FALLING_EDGE
-        for which in self._listening(TriggerSource.USER_OUTPUT0):
+        self._lines.set_user_output(bool(value), self._clock())
+        self._trigger_by_edge(TriggerSource.USER_OUTPUT0, bool(value), self._clock())
+
+    def _on_line_edge(self, high: bool, at: int) -> None:
+        event = EventSelector.LINE1_RISING_EDGE if high else EventSelector.LINE1_FALLING_EDGE
+        self._queue_event(event, self._sequencer.frames_taken, self._device_clock.to_device(at))
+        self._trigger_by_edge(TriggerSource.LINE1, high, at)
+
+    def _trigger_by_edge(self, source: TriggerSource, rising: bool, at: int) -> None:
+        edge = TriggerActivation.RISING_EDGE if rising else TriggerActivation.FALLING_EDGE
+        for which in self._listening(source):
             if self.memory.integer(reg.TRIGGER_ACTIVATION[which]) in (edge, TriggerActivation.ANY_EDGE):
-                self._trigger(which, self._clock())
+                self._trigger(which, at)
 
     def _software_trigger(self, which: int) -> None:
         if which not in self._listening(TriggerSource.SOFTWARE):
@@ -387,7 +409,9 @@ class CameraModel:
         taken = self._sequencer.trigger(which, moment + delay)
         if not taken and self.streaming:
             self._queue_event(
-                EventSelector.FRAME_TRIGGER_MISSED, self._sequencer.frames_taken, self.timestamp()
+                EventSelector.FRAME_TRIGGER_MISSED,
+                self._sequencer.frames_taken,
+                self._device_clock.to_device(moment),
             )
         return taken
 
@@ -396,6 +420,7 @@ class CameraModel:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "user sets cannot be loaded while streaming")
         self._user_sets.apply(reg.USER_SET_SELECTOR)
         self._update_geometry()
+        self._lines.update(self._clock())
 
     def _follow_ptp(self) -> None:
         on = bool(self.memory.integer(reg.PTP_ENABLE))
@@ -416,6 +441,7 @@ class CameraModel:
         self._show_firmware()
         self._user_sets.apply_or_factory(reg.USER_SET_DEFAULT)
         self._update_geometry()
+        self._lines.update(self._clock())
         for register in reg.EVENT_NOTIFICATION:
             self.memory.set(register, 0)
         self.memory.set(reg.PTP_ENABLE, 0)
@@ -441,3 +467,8 @@ class CameraModel:
             for event in events:
                 if self.on_event:
                     self.on_event(*event)
+        with self._changed:
+            levels = self._lines.take_output()
+        for level in levels:
+            if self.on_output:
+                self.on_output(*level)

@@ -75,6 +75,7 @@ _POWER_ON: dict[str, PowerOn] = {
     "ChunkEnable": (1, 1, 1, 1, 1),
     "ComponentEnable": (1, 0, 0),
     "PtpStatus": PtpStatus.DISABLED,
+    "LineMode": (0, 1),
 }
 """Contents of registers after power-on, by feature and, with a selector, by entry. Others hold 0."""
 _LIMITS = {
@@ -93,6 +94,7 @@ _SAVED = {
     "TriggerSelector",
     "GainRaw",
     "BalanceRatioSelector",
+    "LineSelector",
     "UserOutputSelector",
     "ChunkSelector",
     "ComponentSelector",
@@ -164,6 +166,7 @@ TRIGGER_SOFTWARE = _each("TriggerSoftware")
 TRIGGER_SOURCE = _each("TriggerSource")
 TRIGGER_ACTIVATION = _each("TriggerActivation")
 TRIGGER_DELAY = _each("TriggerDelay")
+TRIGGER_OVERLAP = _each("TriggerOverlap")
 BURST_FRAME_COUNT = _one("AcquisitionBurstFrameCount")
 SETTING_LATENCY = _one("SettingLatency")
 
@@ -187,6 +190,11 @@ AUTO_GAIN_UPPER = _one("AutoGainUpperLimit")
 
 # DigitalIOControl
 USER_OUTPUT_VALUE = _one("UserOutputValue")
+LINE_MODE = _each("LineMode")
+"Line1, Line2; so are all that follow."
+LINE_INVERTER = _each("LineInverter")
+LINE_STATUS = _each("LineStatus")
+LINE_SOURCE = _each("LineSource")
 
 # UserSetControl
 USER_SET_SELECTOR = _one("UserSetSelector")

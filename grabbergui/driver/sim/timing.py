@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.derived_registers import fastest_rate
+from grabbergui.driver.sim.derived_registers import fastest_rate, unoverlapped_period_us
+from grabbergui.driver.sim.enumerations import TriggerOverlap
 from grabbergui.driver.sim.memory import RegisterMemory
 
 Clock = Callable[[], int]
@@ -26,10 +27,16 @@ _TIME_CONSTANT_S = 90.0
 class SimulatedClock:
     """Turns the host's monotonic time into the device's and back. All in nanoseconds."""
 
-    def __init__(self, monotonic: Clock = time.monotonic_ns, master: Clock = time.time_ns) -> None:
-        """`master` is the network's time, which PTP follows."""
+    def __init__(
+        self, monotonic: Clock = time.monotonic_ns, master: Clock = time.time_ns, drift: float = 0.0
+    ) -> None:
+        """`master` is the network's time, which PTP follows; `drift` is how fast the clock is otherwise.
+
+        A drift of 50e-6 gains 50 µs a second.
+        """
         self.monotonic = monotonic
         self._master = master
+        self._drift = drift
         self._epoch = monotonic()
         self._following = False
 
@@ -38,9 +45,15 @@ class SimulatedClock:
         """Whether PTP sets the clock."""
         return self._following
 
+    @property
+    def _pace(self) -> float:
+        return 1.0 if self._following else 1.0 + self._drift
+
     def follow(self, on: bool) -> None:
         """Switch PTP on or off; the clock continues from its present time."""
+        present = self.now()
         self._following = on
+        self._epoch = self.monotonic() - self._scaled(present, 1 / self._pace)
         self.discipline()
 
     def discipline(self) -> None:
@@ -54,7 +67,7 @@ class SimulatedClock:
 
     def now(self) -> int:
         """Return the device's time."""
-        return self.monotonic() - self._epoch
+        return self.to_device(self.monotonic())
 
     def offset_from_master(self) -> int:
         """Return the clock's offset from its master in ns (positive: ahead); 0 without a master."""
@@ -62,11 +75,16 @@ class SimulatedClock:
 
     def to_device(self, monotonic: int) -> int:
         """Convert the host's monotonic time (ns) to the device's clock."""
-        return monotonic - self._epoch
+        return self._scaled(monotonic - self._epoch, self._pace)
 
     def to_monotonic(self, device: int) -> int:
         """Convert a time of the device's clock (ns) to the host's monotonic time."""
-        return device + self._epoch
+        return self._epoch + self._scaled(device, 1 / self._pace)
+
+    @staticmethod
+    def _scaled(duration: int, pace: float) -> int:
+        # The difference alone is rounded: a time since 1970 has more digits than a float.
+        return duration + round(duration * (pace - 1.0))
 
 
 class Timing(NamedTuple):
@@ -94,7 +112,10 @@ def timing_of(memory: RegisterMemory) -> Timing:
     frame, burst = (bool(memory.integer(mode)) for mode in reg.TRIGGER_MODE)
     # A trigger sets the pace itself; only the sensor bounds it.
     rate = fastest_rate(memory) if frame else resulting_rate(memory)
-    return Timing(int(1e9 / rate), (frame, burst), memory.integer(reg.BURST_FRAME_COUNT))
+    period = 1e9 / rate
+    if frame and memory.integer(reg.TRIGGER_OVERLAP[FRAME_START]) == TriggerOverlap.OFF:
+        period = max(period, unoverlapped_period_us(memory) * 1000)
+    return Timing(int(period), (frame, burst), memory.integer(reg.BURST_FRAME_COUNT))
 
 
 @dataclass

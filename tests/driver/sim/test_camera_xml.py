@@ -219,6 +219,7 @@ def test_no_feature_has_a_problem(camera):
     assert hidden - ports == {
         "AcquisitionFrameCount",
         "DeviceLinkThroughputLimit",
+        "LineSource",
         "TriggerActivation",
         "TriggerSoftware",
     }

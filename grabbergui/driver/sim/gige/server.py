@@ -25,6 +25,7 @@ from grabbergui.driver.sim.gige.stream import REBOOT_S, GigeFaults, StreamSender
 from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.scene import Scene
+from grabbergui.driver.sim.timing import SimulatedClock
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +53,7 @@ class GigeCamera:
         bandwidth: float = GIGABIT,
         segmentation: bool = False,
         on_sent: Callable[[int], None] = lambda block_id: None,
+        drift: float = 0.0,
     ) -> None:
         """Bind the address and begin to answer. Raises SourceUnavailableError if it is not available.
 
@@ -59,7 +61,8 @@ class GigeCamera:
         the frame rate is limited as on such a link; 0 sends as fast as this machine can. With
         `segmentation` the kernel cuts packets out of large sends, which is faster; packet sockets and
         captures on this machine then see the large sends instead of the packets. `on_sent` is called with a
-        block's id when its last payload packet has left, on the stream's thread.
+        block's id when its last payload packet has left, on the stream's thread. `drift` is the part by which
+        the camera's clock is fast, without PTP.
         """
         self.address = address
         # Locally administered; both stay the camera's own when it moves to another address.
@@ -76,6 +79,9 @@ class GigeCamera:
         self._bandwidth = bandwidth
         self._segmentation = segmentation
         self._on_sent = on_sent
+        self._drift = drift
+        self._wired: list[GigeCamera] = []
+        "Cameras whose Line1 is connected to our Line2."
         self._flash: dict[Register, RegisterValue] = {}
         self._files = FileStore()
         self._queue: list[tuple[float, int, OutgoingDatagram]] = []
@@ -101,6 +107,14 @@ class GigeCamera:
     def stream_to(self, host: str, port: int, packet_size: int) -> None:
         """Send the stream there, as if a controller had set it so."""
         self._stream.configure([StreamSettings(host, port, packet_size)])
+
+    def wire_to(self, other: GigeCamera) -> None:
+        """Connect our output Line2 to the input Line1 of another camera, or our own."""
+        self._wired.append(other)
+
+    def _put_out(self, high: bool, at: int) -> None:
+        for other in self._wired:
+            other.model.set_input(high, at)
 
     def close(self) -> None:
         """Switch the camera off. May be called twice."""
@@ -136,11 +150,17 @@ class GigeCamera:
         self.control.on_stream_changed = self._configure_stream
         self.control.on_force_ip = self._move
         self.model.on_event = self._send_event
+        self.model.on_output = self._put_out
         self.model.on_reset = lambda: self.control.after_ack(self.control.release)
         self._stream.start()
 
     def _make_model(self) -> CameraModel:
-        model = CameraModel(scene=self._scene, power_on=self._power_on, files=self._files)
+        model = CameraModel(
+            scene=self._scene,
+            power_on=self._power_on,
+            clock=SimulatedClock(drift=self._drift),
+            files=self._files,
+        )
         model.sensor.scene.prepare()
         return model
 
@@ -326,6 +346,7 @@ def serve(
     deviations: Deviations | None = None,
     bandwidth: float = GIGABIT,
     segmentation: bool = False,
+    wires: Sequence[tuple[str, str]] = (),
     stop: threading.Event | None = None,
     ready: Callable[[str], None] = print,
 ) -> None:
@@ -333,6 +354,7 @@ def serve(
 
     The first has the serial number `serial`, the others count up from it; without one, each serial number
     follows from the address (`registers.serial_at`). `power_on`: see `device.power_on_at_address`.
+    `wires` connect the output Line2 of one address to the input Line1 of another.
     `ready` is called with a sentence that contains each camera's address.
     Raises SourceUnavailableError if an address is not available.
     """
@@ -354,6 +376,9 @@ def serve(
             )
             cameras.append(camera)
             ready(f"GigE Vision camera {camera.serial} is at {address}")
+        by_address = dict(zip(addresses, cameras, strict=True))
+        for sender, receiver in wires:
+            by_address[sender].wire_to(by_address[receiver])
         stop.wait()
     finally:
         for camera in cameras:

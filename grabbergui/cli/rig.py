@@ -1,0 +1,296 @@
+"""`grabbergui rig`: several cameras as one: make its file, check it, plan its link, record, serve."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grabbergui.cli.arguments import count, counted, positive, wait_time
+from grabbergui.cli.process import stop_on_signals, supervised
+from grabbergui.core.environment import check_folder_of
+from grabbergui.core.errors import ExistingFileError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.uri import SourceUri
+from grabbergui.core.visible_text import print_json, print_line
+
+if TYPE_CHECKING:
+    from grabbergui.rig.grabber import RigGrabber
+    from grabbergui.rig.link_budget import LinkBudget
+
+CHECK_SECONDS = 3.0
+"How long `check` watches the stream, unless told otherwise."
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parser of this family."""
+    parser = commands.add_parser(
+        "rig",
+        help="use several cameras as one: matched sets of frames, one clock, one trigger",
+        example="grabbergui rig new stereo.yaml left=gige:GV01 right=gige:GV02 --trigger action --rate 10",
+    )
+    parser.add_argument(
+        "action",
+        choices=("new", "check", "budget", "record", "serve"),
+        help="new: write the rig's file; check: clocks, sets and losses; budget: divide the link; record: "
+        "into one .mcap; serve: on YARP and ROS 2, a port or namespace for each camera",
+    )
+    parser.add_argument("file", metavar="FILE", type=Path, help="the rig's file, such as stereo.yaml")
+    parser.add_argument(
+        "sources", metavar="NAME=SOURCE", nargs="*", help="with new: the cameras (all that are found)"
+    )
+    parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="check, record: for S seconds")
+    parser.add_argument("--json", action="store_true", help="check, budget, record: print one JSON object")
+
+    new = parser.add_argument_group("new")
+    new.add_argument(
+        "--trigger", choices=("free", "software", "action", "line"), help="what makes the frames"
+    )
+    new.add_argument("--rate", type=positive, metavar="HZ", help="triggers per second")
+    new.add_argument("--leader", metavar="NAME", help="with --trigger line: whose output triggers the others")
+
+    budget = parser.add_argument_group("budget")
+    budget.add_argument("--apply", action="store_true", help="write the delays into the rig's file")
+    budget.add_argument("--undo", action="store_true", help="take them out of it")
+
+    record = parser.add_argument_group("record")
+    record.add_argument("--out", type=Path, metavar="PATH", help="the recording, such as run.mcap")
+    record.add_argument("-n", "--sets", type=count, metavar="SETS", help="end after this many sets")
+    record.add_argument("--size", type=positive, metavar="MB", help="end after this many megabytes")
+
+    serve = parser.add_argument_group("serve")
+    serve.add_argument("--yarp", metavar="/PORT", help="ports /PORT/NAME, with requests at /PORT/NAME/rpc")
+    serve.add_argument("--nameserver", metavar="HOST:PORT", default="", help="another YARP name server")
+    serve.add_argument("--ros2", metavar="/NAME", help="nodes /NAME/CAMERA, with topics below them")
+    parser.set_defaults(run=_rig)
+
+
+def _rig(options: argparse.Namespace) -> int:
+    if options.sources and options.action != "new":
+        raise UsageError(f"rig {options.action} takes no cameras: they are in {options.file}")
+    actions = {"new": _new, "check": _check, "budget": _budget, "record": _record, "serve": _serve}
+    return actions[options.action](options)
+
+
+def _new(options: argparse.Namespace) -> int:
+    from grabbergui.rig import rig_file
+    from grabbergui.rig.rig_file import TriggerEntry
+
+    check_folder_of(options.file)
+    if options.file.exists():
+        raise ExistingFileError(f"{options.file} is there already; nothing is overwritten. Name another file")
+    cameras = dict(map(_named_source, options.sources)) if options.sources else _found()
+    if options.sources and len(cameras) < len(options.sources):
+        raise UsageError("two cameras have one name")
+    trigger = TriggerEntry(options.trigger or "free", options.rate or 0.0, leader=options.leader or "")
+    entry = rig_file.of_sources(cameras, trigger=trigger)
+    rig_file.write(options.file, entry)
+    print_line(f"{options.file}: {', '.join(f'{name} ({uri})' for name, uri in cameras.items())}")
+    print_line(f"open it as rig:{options.file}, or try it with `grabbergui rig check {options.file}`")
+    return 0
+
+
+def _named_source(text: str) -> tuple[str, str]:
+    from grabbergui import sources
+
+    name, equals, uri = text.partition("=")
+    if not equals or ":" in name:
+        raise UsageError(f"'{text}': write a name and a source, as in left=gige:GV01")
+    sources.parse(uri)
+    return name, uri
+
+
+def _found() -> dict[str, str]:
+    from grabbergui import sources
+
+    infos = [info for info in sources.discover() if info.uri.startswith(("gige:", "u3v:"))]
+    if not infos:
+        raise UsageError(
+            "no camera was found; name them, as in left=gige:192.168.0.10 right=gige:192.168.0.11"
+        )
+    return {f"camera{number}": info.uri for number, info in enumerate(infos, 1)}
+
+
+def _opened(file: Path, stack: ExitStack) -> RigGrabber:
+    from grabbergui.rig import source
+    from grabbergui.rig.grabber import RigGrabber
+
+    grabber = source.create(SourceUri("rig", str(file)))
+    if not isinstance(grabber, RigGrabber):
+        raise UsageError(f"{file} is a recording, and has no cameras; play it as rig:{file}")
+    stack.callback(grabber.close)
+    grabber.open()
+    return grabber
+
+
+def _check(options: argparse.Namespace) -> int:
+    from grabbergui.rig.budget_settings import budgets_of
+
+    with stop_on_signals() as stop, ExitStack() as stack:
+        rig = _opened(options.file, stack)
+        queue = stack.enter_context(closing(rig.open_queue(64)))
+        rig.start()
+        end = time.monotonic() + (options.seconds or CHECK_SECONDS)
+        while not stop.is_set() and (left := end - time.monotonic()) > 0:
+            try:
+                queue.get(min(left, 0.1))
+            except FrameTimeoutError:
+                continue
+        counts, states = rig.counts(), rig.clock_states()
+        statistics = {name: camera.statistics() for name, camera in rig.cameras.items()}
+        budgets = budgets_of(rig.entry, rig.cameras)
+        findings = rig.trigger_findings()
+    problems = [problem for budget in budgets for problem in budget.problems]
+    problems += [f"{name}: {state.problem}" for name, state in states.items() if state.problem]
+    problems += [f"{name}: {finding.sentence}" for name, finding in findings.items() if finding.sentence]
+    for name, each in statistics.items():
+        if each.lost or each.incomplete:
+            problems.append(
+                f"{name}: {counted(each.lost + each.incomplete, 'frame')} lost on the wire;"
+                f" `grabbergui rig budget {options.file}` plans the link"
+            )
+    if not counts.complete:
+        problems.append("no set was complete")
+    if options.json:
+        print_json(
+            {
+                "sets": counts.as_dict(),
+                "clocks": {name: vars(state) for name, state in states.items()},
+                "cameras": {name: each.as_dict() for name, each in statistics.items()},
+                "problems": problems,
+            }
+        )
+        return 1 if problems else 0
+    width = max(map(len, statistics))
+    for name, each in statistics.items():
+        lost = each.lost + each.incomplete
+        print_line(
+            f"{name:{width}}  {counted(each.frames, 'frame')}, {lost} lost,"
+            f" {each.packets_resent} packets resent; clock: {states[name]}"
+        )
+    print_line(f"sets: {counts}")
+    for problem in problems:
+        print_line(f"problem: {problem}")
+    return 1 if problems else 0
+
+
+def _budget(options: argparse.Namespace) -> int:
+    from grabbergui.rig import rig_file
+    from grabbergui.rig.budget_settings import budgets_of, with_budget, without_budget
+
+    if options.apply and options.undo:
+        raise UsageError("write --apply or --undo, not both")
+    entry = rig_file.read(options.file)
+    if options.undo:
+        rig_file.write(options.file, without_budget(entry))
+        print_line(f"{options.file}: the delays are taken out; the cameras keep their own")
+        return 0
+    with ExitStack() as stack:
+        rig = _opened(options.file, stack)
+        budgets = budgets_of(entry, rig.cameras)
+    problems = [problem for budget in budgets for problem in budget.problems]
+    if options.apply and not problems:
+        rig_file.write(options.file, with_budget(entry, budgets))
+    if options.json:
+        print_json({"links": [_as_dict(budget) for budget in budgets], "problems": problems})
+        return 1 if problems else 0
+    for budget in budgets:
+        rows = budget.table()
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        for row in rows:
+            print_line("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip())
+    for problem in problems:
+        print_line(f"problem: {problem}")
+    if not problems:
+        written = f"written into {options.file}" if options.apply else "write it into the file with --apply"
+        print_line(f"all frames fit; {written}")
+    return 1 if problems else 0
+
+
+def _as_dict(budget: LinkBudget) -> dict[str, Any]:
+    return {
+        "rate": budget.link.rate,
+        "usable": budget.link.usable,
+        "need": budget.need,
+        "cameras": {
+            each.load.name: {
+                "need": each.load.need,
+                "share": each.share,
+                "frame_time": each.frame_time,
+                "settings": each.settings,
+            }
+            for each in budget.allotments
+        },
+    }
+
+
+def _record(options: argparse.Namespace) -> int:
+    from grabbergui.recording.recorder import RecordingLimits
+    from grabbergui.rig.recording import begin
+
+    if options.out is None:
+        raise UsageError("rig record: name the recording, as in --out run.mcap")
+    check_folder_of(options.out)
+    size = None if options.size is None else options.size * 1e6
+    with stop_on_signals() as stop, ExitStack() as stack:
+        rig = _opened(options.file, stack)
+        recorder = begin(rig, options.out, RecordingLimits(options.sets, options.seconds, size))
+        recorder.start()
+        try:
+            rig.start()
+            while not recorder.wait(0.1) and not stop.is_set():
+                pass
+        finally:
+            recorder.stop()
+            recorder.wait()
+        rig.stop()
+        counts, progress = rig.counts(), recorder.progress
+    if options.json:
+        print_json(
+            {
+                "sets": progress.frames,
+                "dropped": progress.dropped,
+                "seconds": progress.seconds,
+                "bytes": progress.size,
+                "path": str(options.out),
+                "counts": counts.as_dict(),
+            }
+        )
+    else:
+        print_line(
+            f"{options.out}: {counted(progress.frames, 'set')} in {progress.seconds:.2f} s,"
+            f" {progress.size / 1e6:.1f} MB; {progress.dropped} dropped; play it as rig:{options.out}"
+        )
+        print_line(f"sets: {counts}")
+    if progress.reason:
+        raise GrabberError(progress.reason)
+    return 0
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from grabbergui.rig.served_cameras import ServedCameras
+
+    if not (options.yarp or options.ros2):
+        raise UsageError("rig serve on what? Add --yarp /PORT or --ros2 /NAME")
+    with stop_on_signals() as stop, ExitStack() as stack:
+        rig = _opened(options.file, stack)
+        rig.start()
+        served = ServedCameras(rig)
+        stack.callback(served.close)
+        served.start()
+        for name, camera in served.cameras.items():
+            if options.yarp:
+                from grabbergui.net.yarp.os.name_client import NameClient
+                from grabbergui.net.yarp.server import YarpGrabberServer
+
+                names = NameClient.find(options.nameserver)
+                stack.enter_context(YarpGrabberServer(camera, f"{options.yarp}/{name}", names=names))
+            if options.ros2:
+                from grabbergui.net.ros2.server import Ros2GrabberServer
+
+                stack.enter_context(Ros2GrabberServer(camera, f"{options.ros2}/{name}", frame_id=name))
+        stack.enter_context(supervised(rig.statistics))
+        print_line(f"serving {', '.join(served.cameras)} of {options.file}; Ctrl-C ends it", flush=True)
+        stop.wait()
+    return 0

@@ -1,0 +1,292 @@
+"""Why a triggered camera sends other frames than its triggers ask for, in words. No I/O.
+
+The evidence is what a camera and its host can know: edges on the line and missed triggers from events, the
+level of the line, the frames that arrived, the triggers that we sent, and the settings. Times are nanoseconds
+of one clock.
+"""
+
+from __future__ import annotations
+
+import bisect
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+
+class TriggerCause(Enum):
+    """What is wrong."""
+
+    NONE = "all is well"
+    NO_SIGNAL = "no signal on the line"
+    WRONG_EDGE = "wrong edge"
+    TOO_FAST = "too fast for exposure and readout"
+    BURST_NOT_FULL = "burst not full"
+    ACTION_KEYS = "action key or mask wrong"
+    ACTION_LOST = "action lost"
+    DOUBLE = "double pulses"
+    BOUNCING = "bouncing pulses"
+    PULSES_MISSING = "pulses missing"
+    FRAME_LOST = "frame lost on the wire"
+
+
+@dataclass(frozen=True)
+class ActionKeys:
+    """Device key, group key and group mask of an action, or those that a camera accepts."""
+
+    device_key: int
+    group_key: int
+    group_mask: int
+
+    def refused_because(self, accepted: ActionKeys) -> str:
+        """Return why a camera with the keys `accepted` ignores this action; empty if it does not."""
+        if self.device_key != accepted.device_key:
+            return f"ActionDeviceKey is {accepted.device_key}, the action has {self.device_key}"
+        if self.group_key != accepted.group_key:
+            return f"ActionGroupKey is {accepted.group_key}, the action has {self.group_key}"
+        if not self.group_mask & accepted.group_mask:
+            return (
+                f"ActionGroupMask {accepted.group_mask:#x} and the action's {self.group_mask:#x} share no bit"
+            )
+        return ""
+
+
+@dataclass(frozen=True)
+class TriggerEvidence:
+    """What is known of a camera under a trigger, over some time."""
+
+    source: str
+    "TriggerSource: `Line1`, `Software`, `Action1`."
+    frames: tuple[int, ...] = ()
+    "Starts of the exposures of the frames that arrived."
+    lost: int = 0
+    "Frames that were exposed but did not arrive complete: gaps of frame ids, incomplete frames."
+    activation: str = "RisingEdge"
+    rising: tuple[int, ...] | None = None
+    "Rising edges on the line; None if the camera does not report them."
+    falling: tuple[int, ...] | None = None
+    level: bool | None = None
+    "LineStatus; None if the camera has none."
+    sent: tuple[int, ...] = ()
+    "Triggers that we, or the leading camera, sent."
+    missed: tuple[int, ...] = ()
+    "FrameTriggerMissed events."
+    exposure_ns: int = 0
+    readout_ns: int = 0
+    overlapping: bool = True
+    "Whether a frame may be exposed while the one before is read out; rolling shutters often may not."
+    burst_frames: int = 1
+    "Frames for each trigger."
+    frame_start_waits: bool = False
+    "Whether the frames of a burst wait for a trigger of their own."
+    action: ActionKeys | None = None
+    "The keys of the actions that were sent."
+    accepted: ActionKeys | None = None
+    "The keys of the actions that the camera accepts."
+    acknowledged: int | None = None
+    "How many of the actions were acknowledged; None if no acknowledge was asked for."
+    rate: float = 0.0
+    "The rate of the triggers in Hz, if it is known; else the usual distance between them counts."
+
+    @property
+    def shortest_period_ns(self) -> int:
+        """The shortest time between triggers that the camera can follow."""
+        if self.overlapping:
+            return max(self.exposure_ns, self.readout_ns)
+        return self.exposure_ns + self.readout_ns
+
+
+@dataclass(frozen=True)
+class TriggerFinding:
+    """A cause, and a sentence for the user; the sentence is empty if all is well."""
+
+    cause: TriggerCause
+    sentence: str = ""
+
+
+WELL = TriggerFinding(TriggerCause.NONE)
+BOUNCE_NS = 1_000_000
+"Edges that follow each other within this are one contact that bounces."
+DOUBLE_PART = 0.35
+"Part of the usual distance between pulses, below which a second pulse is a double one."
+GAP = 1.5
+"Distances of more than this many usual ones have pulses missing between them."
+EDGE_NS = 50_000
+"Time between a trigger that is sent and its edge on the line that cables and inputs may take."
+AT_THE_LIMIT = 0.995
+"Part of the shortest period that a camera follows in spite of the jitter of its clock."
+
+
+def diagnose(evidence: TriggerEvidence) -> TriggerFinding:
+    """Return the one cause that explains the evidence best."""
+    if evidence.source.startswith("Action") and (found := _of_actions(evidence)):
+        return found
+    on_line = evidence.source.startswith("Line")
+    if on_line and (found := _of_edges(evidence)):
+        return found
+    pulses = list((_triggering(evidence) if on_line else None) or evidence.sent)
+    if found := _of_pulses(evidence, pulses):
+        return found
+    if evidence.lost:
+        count = f"{evidence.lost} frame{'s' if evidence.lost > 1 else ''}"
+        return TriggerFinding(
+            TriggerCause.FRAME_LOST,
+            f"every trigger was taken, but {count} did not arrive: lost on the wire; plan the link's budget",
+        )
+    return WELL
+
+
+def _of_actions(evidence: TriggerEvidence) -> TriggerFinding | None:
+    action, accepted = evidence.action, evidence.accepted
+    if action is not None and accepted is not None and (why := action.refused_because(accepted)):
+        return TriggerFinding(TriggerCause.ACTION_KEYS, f"the camera ignores the actions: {why}")
+    sent, answers = len(evidence.sent), evidence.acknowledged
+    if answers is not None and answers < sent:
+        missing = sent - answers
+        return TriggerFinding(
+            TriggerCause.ACTION_LOST,
+            f"{missing} of {sent} actions did not reach the camera: they were lost on the network",
+        )
+    return None
+
+
+def _of_edges(evidence: TriggerEvidence) -> TriggerFinding | None:
+    rising, falling = evidence.rising, evidence.falling
+    line = evidence.source
+    if rising is None or falling is None:
+        if not evidence.frames and not evidence.missed:
+            state = {None: "", True: "; it is high", False: "; it is low"}[evidence.level]
+            return TriggerFinding(TriggerCause.NO_SIGNAL, f"no trigger arrives on {line}{state}")
+        return None
+    if not rising and not falling:
+        state = {None: "", True: ", it is always high", False: ", it is always low"}[evidence.level]
+        return TriggerFinding(
+            TriggerCause.NO_SIGNAL,
+            f"there is no edge on {line}{state}: check the cable, LineMode and the sender",
+        )
+    wanted, other = (rising, falling) if evidence.activation == "RisingEdge" else (falling, rising)
+    opposite = "FallingEdge" if evidence.activation == "RisingEdge" else "RisingEdge"
+    if evidence.activation in ("RisingEdge", "FallingEdge"):
+        if not wanted:
+            return _wrong_edge(f"{line} has only edges of the other kind", opposite)
+        if evidence.sent and other and _delay(evidence.sent, other) + EDGE_NS < _delay(evidence.sent, wanted):
+            late = (_delay(evidence.sent, wanted) - _delay(evidence.sent, other)) / 1000
+            return _wrong_edge(f"the camera triggers at the end of each pulse, {late:.0f} µs late", opposite)
+    return None
+
+
+def _wrong_edge(what: str, opposite: str) -> TriggerFinding:
+    return TriggerFinding(
+        TriggerCause.WRONG_EDGE, f"{what}; set TriggerActivation to {opposite}, or switch LineInverter"
+    )
+
+
+def _delay(sent: Sequence[int], edges: Sequence[int]) -> float:
+    """Return the usual time from what was sent to the next edge, in ns; infinite if none follows."""
+    delays = []
+    for time in sent:
+        at = bisect.bisect_left(edges, time)
+        if at < len(edges):
+            delays.append(edges[at] - time)
+    return statistics.median(delays) if delays else float("inf")
+
+
+def _triggering(evidence: TriggerEvidence) -> tuple[int, ...] | None:
+    """Return the edges that trigger; None if they are not reported."""
+    if evidence.rising is None or evidence.falling is None:
+        return None
+    if evidence.activation == "AnyEdge":
+        return tuple(sorted((*evidence.rising, *evidence.falling)))
+    return evidence.falling if evidence.activation == "FallingEdge" else evidence.rising
+
+
+def _of_pulses(evidence: TriggerEvidence, pulses: list[int]) -> TriggerFinding | None:
+    if not pulses:
+        return _too_fast(evidence, sorted((*evidence.frames, *evidence.missed))) if evidence.missed else None
+    usual = _usual_distance(evidence, pulses)
+    close = [b - a for a, b in pairwise(pulses) if b - a < DOUBLE_PART * usual]
+    bounces = [distance for distance in close if distance < BOUNCE_NS]
+    on_line = evidence.source.startswith("Line")
+    if bounces and on_line:
+        longest = max(bounces) / 1000
+        return TriggerFinding(
+            TriggerCause.BOUNCING,
+            f"{len(bounces)} edges follow another within {longest:.0f} µs: a contact bounces; use a debouncer"
+            " (LineDebouncerTime) or a clean signal",
+        )
+    if close:
+        return TriggerFinding(
+            TriggerCause.DOUBLE,
+            f"{len(close)} pulses are double, {statistics.median(close) / 1e6:.1f} ms apart; are there two"
+            " senders on the line?",
+        )
+    if (found := _too_fast(evidence, pulses)) is not None:
+        return found
+    if (found := _burst(evidence, pulses)) is not None:
+        return found
+    gaps = [b - a for a, b in pairwise(pulses) if b - a > GAP * usual]
+    expected = evidence.sent if on_line and evidence.sent else ()
+    missing = sum(round(gap / usual) - 1 for gap in gaps) if on_line or evidence.rate else 0
+    missing = max(missing, len(expected) - len(pulses) - 1)
+    if missing > 0:
+        return TriggerFinding(
+            TriggerCause.PULSES_MISSING,
+            f"{missing} pulse{'s are' if missing > 1 else ' is'} missing between the others: the sender or"
+            " the cable drops some",
+        )
+    return None
+
+
+def _usual_distance(evidence: TriggerEvidence, pulses: Sequence[int]) -> float:
+    if evidence.rate > 0:
+        return 1e9 / evidence.rate
+    distances = [b - a for a, b in pairwise(pulses)]
+    if evidence.source.startswith("Line") and len(evidence.sent) > 2:
+        distances = [b - a for a, b in pairwise(evidence.sent)]
+    distances = [distance for distance in distances if distance >= BOUNCE_NS / 2] or distances
+    if not distances:
+        return 0.0
+    # With double pulses short and long distances alternate; the long ones are the usual ones.
+    longer = sorted(distances)[len(distances) // 2 :]
+    return float(statistics.median(longer))
+
+
+def _too_fast(evidence: TriggerEvidence, pulses: Sequence[int]) -> TriggerFinding | None:
+    needed = evidence.shortest_period_ns * evidence.burst_frames
+    distances = [b - a for a, b in pairwise(pulses)]
+    if not evidence.missed or not needed or not distances:
+        return None
+    usual = statistics.median(distances)
+    if usual >= AT_THE_LIMIT * needed:
+        return None
+    highest = 1e9 / needed
+    sentence = (
+        f"triggers come at {1e9 / usual:.1f} Hz, but exposure and readout allow {highest:.1f} Hz;"
+        f" {len(evidence.missed)} were missed"
+    )
+    if not evidence.overlapping:
+        with_overlap = 1e9 / (max(evidence.exposure_ns, evidence.readout_ns) * evidence.burst_frames)
+        sentence += f" (without overlap of exposure and readout; with it {with_overlap:.1f} Hz)"
+    if evidence.burst_frames > 1:
+        sentence += f", with {evidence.burst_frames} frames for each trigger"
+    return TriggerFinding(TriggerCause.TOO_FAST, sentence)
+
+
+def _burst(evidence: TriggerEvidence, pulses: Sequence[int]) -> TriggerFinding | None:
+    wanted = evidence.burst_frames
+    if wanted < 2:
+        return None
+    exposed = len(evidence.frames) + evidence.lost
+    # The last burst may not have ended yet.
+    if exposed >= (len(pulses) - 1) * wanted:
+        return None
+    each = exposed / len(pulses)
+    why = (
+        "each frame waits for a trigger of its own: set TriggerMode[TriggerSelector=FrameStart] to Off"
+        if evidence.frame_start_waits
+        else "the acquisition ends before: check AcquisitionMode and AcquisitionFrameCount"
+    )
+    return TriggerFinding(
+        TriggerCause.BURST_NOT_FULL, f"a trigger makes {each:.1f} frames instead of {wanted}; {why}"
+    )

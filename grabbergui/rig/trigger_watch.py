@@ -1,0 +1,153 @@
+"""Collects what a camera reports of its trigger while it streams, for the diagnosis.
+
+It switches the camera's events on: missed triggers, and the edges of the line that triggers.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import FeatureValue
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import DeviceEvent, FrameGrabber
+from grabbergui.core.settings import SettingKey
+from grabbergui.rig.rig_file import TriggerEntry
+from grabbergui.rig.settings_undo import UndoableSettings
+from grabbergui.rig.trigger_diagnosis import ActionKeys, TriggerEvidence, TriggerFinding, diagnose
+
+log = logging.getLogger(__name__)
+
+KEPT = 512
+"Events, frames and triggers that are kept of each kind."
+MISSED = "FrameTriggerMissed"
+
+
+class TriggerWatch:
+    """Watches one camera under the rig's trigger. Any thread."""
+
+    def __init__(self, grabber: FrameGrabber, entry: TriggerEntry, settings: UndoableSettings) -> None:
+        """Switch the events on; `settings` takes note of what is to be put back."""
+        self._grabber = grabber
+        self._entry = entry
+        self._lock = threading.Lock()
+        self._source = {"action": "Action1", "software": "Software"}.get(entry.by, entry.input)
+        self._rising, self._falling = f"{self._source}RisingEdge", f"{self._source}FallingEdge"
+        self._events: dict[str, deque[int]] = {
+            name: deque(maxlen=KEPT) for name in (MISSED, self._rising, self._falling)
+        }
+        self._on = {name for name in self._events if self._switch_on(name, settings)}
+        self._frames: deque[int] = deque(maxlen=KEPT)
+        self._sent: deque[int] = deque(maxlen=KEPT)
+        self._acknowledged = 0
+        self._lost_before = self._lost()
+        grabber.event_received.connect(self._on_event)
+
+    def close(self) -> None:
+        """Listen no more."""
+        self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
+
+    def note_sent(self, *, acknowledged: bool) -> None:
+        """Take note of a trigger that was sent to this camera."""
+        with self._lock:
+            self._sent.append(time.monotonic_ns())
+            self._acknowledged += acknowledged
+
+    def note_frame(self, frame: Frame) -> None:
+        """Take note of a frame that arrived."""
+        with self._lock:
+            self._frames.append(frame.timestamp_ns or round(frame.captured * 1e9))
+
+    def finding(self) -> TriggerFinding:
+        """Return what is wrong with the trigger. Reads settings; raises GrabberError."""
+        return diagnose(self.evidence())
+
+    def evidence(self) -> TriggerEvidence:
+        """Return what is known by now. Reads settings; raises GrabberError."""
+        exposure = round(self._number("ExposureTime") * 1000)
+        with self._lock:
+            events = {name: tuple(times) for name, times in self._events.items()}
+            frames, sent, acknowledged = tuple(self._frames), tuple(self._sent), self._acknowledged
+        by_line = self._entry.by == "line"
+        edges = by_line and {self._rising, self._falling} <= self._on
+        return TriggerEvidence(
+            self._source,
+            frames=frames,
+            lost=self._lost() - self._lost_before,
+            activation=self._text("TriggerActivation", self._entry.activation),
+            rising=events[self._rising] if edges else None,
+            falling=events[self._falling] if edges else None,
+            level=self._level() if by_line else None,
+            sent=() if by_line else sent,
+            missed=events[MISSED],
+            exposure_ns=exposure,
+            readout_ns=self._readout_ns(exposure),
+            overlapping=self._text("TriggerOverlap", "ReadOut") != "Off",
+            action=self._keys_sent(),
+            accepted=self._keys_accepted(),
+            acknowledged=acknowledged if self._entry.by == "action" else None,
+            rate=0.0 if by_line else self._entry.rate,
+        )
+
+    def _switch_on(self, name: str, settings: UndoableSettings) -> bool:
+        key = SettingKey("EventNotification", (("EventSelector", name),))
+        try:
+            return settings.write_if_offered(self._grabber, key, "On")
+        except GrabberError as error:
+            log.info("%s: %s", name, error)
+            return False
+
+    def _on_event(self, event: DeviceEvent) -> None:
+        if (times := self._events.get(event.name)) is None:
+            return
+        stamp = event.values.get(f"Event{event.name}Timestamp")
+        with self._lock:
+            times.append(stamp if isinstance(stamp, int) else time.monotonic_ns())
+
+    def _lost(self) -> int:
+        statistics = self._grabber.statistics()
+        return statistics.lost + statistics.incomplete
+
+    def _value(self, name: str) -> FeatureValue | None:
+        return self._grabber.feature(name).value if self._grabber.has_feature(name) else None
+
+    def _number(self, name: str) -> float:
+        value = self._value(name)
+        return float(value) if isinstance(value, int | float) else 0.0
+
+    def _text(self, name: str, default: str) -> str:
+        value = self._value(name)
+        return default if value is None else str(value)
+
+    def _level(self) -> bool | None:
+        key = SettingKey("LineStatus", (("LineSelector", self._source),))
+        if not self._grabber.has_feature("LineStatus"):
+            return None
+        value = self._grabber.read_setting(key).value
+        return value if isinstance(value, bool) else None
+
+    def _readout_ns(self, exposure: int) -> int:
+        """Return the time of the readout: the camera's, or what its fastest frame rate leaves besides."""
+        if readout := self._number("SensorReadoutTime"):
+            return round(readout * 1000)
+        if not self._grabber.has_feature("AcquisitionFrameRate"):
+            return 0
+        fastest = self._grabber.feature("AcquisitionFrameRate").maximum
+        return round(1e9 / fastest) if fastest else exposure
+
+    def _keys_sent(self) -> ActionKeys | None:
+        entry = self._entry
+        if entry.by != "action":
+            return None
+        return ActionKeys(entry.device_key, entry.group_key, entry.group_mask)
+
+    def _keys_accepted(self) -> ActionKeys | None:
+        """Return the camera's keys; None if it does not show them all."""
+        if self._entry.by != "action":
+            return None
+        names = ("ActionDeviceKey", "ActionGroupKey", "ActionGroupMask")
+        values = [value for name in names if isinstance(value := self._value(name), int)]
+        return ActionKeys(*values) if len(values) == len(names) else None
