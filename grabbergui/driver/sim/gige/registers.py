@@ -52,8 +52,6 @@ _STREAM_CAPABILITY = 0x80000000 | 0x40000000
 _REGISTERS: list[Register] = []
 "Every register of a number; `_register` adds it."
 _R = bootstrap.BootstrapRegister
-NUMBERS = tuple(_REGISTERS)
-"Every register of a number."
 _FEATURES = (
     "GevStreamChannelCount",
     "GevStreamChannelSelector",
@@ -174,6 +172,9 @@ for _name, _address, _value in (
     ("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
 ):
     _register(_name, _address, _value)
+
+NUMBERS = tuple(_REGISTERS)
+"Every register of a number."
 
 
 def description() -> bytes:
