@@ -23,6 +23,8 @@ log = logging.getLogger(__name__)
 
 INTERFACES = RESOURCES / "ros2" / "grabber_interfaces"
 """The source of the ROS 2 package that defines our services."""
+PROGRAM = RESOURCES / "ros2" / "grabbergui"
+"""The source of the package by which `ros2 run` and `ros2 launch` find this program."""
 
 _BUILD_TOOLS = ("cmake", "ninja", "empy<4", "catkin_pkg", "numpy")
 _WHEELS = (
@@ -77,10 +79,12 @@ def install_ros2(
         _pip(*_BUILD_TOOLS, *_WHEELS, environment=variables)
         variables["AMENT_PREFIX_PATH"] = prefixes = str(prefix)
         _forget_build_machine(prefix / "share")
-    for package in (INTERFACES, *(folder for folder in also if not _importable(folder.name, variables))):
+    missing = (folder for folder in also if not _importable(folder.name, variables))
+    for package in (INTERFACES, PROGRAM, *missing):
         say(f"building {package.name}")
         _build(package, prefix, prefixes, variables)
     _run([sys.executable, "-c", _CHECK], variables, "ROS 2 is installed but does not work")
+    say(f"`ros2 run` and `ros2 launch` find it after: source {prefix}/share/grabbergui/local_setup.bash")
 
 
 def _check_environment(prefix: Path) -> None:

@@ -1,10 +1,15 @@
-"""Starts the camera server: `ros2 launch camera.launch.py source:=gige: parameters:=camera.yaml`."""
+"""Starts the camera server: `ros2 launch grabbergui camera.launch.py source:=gige:`."""
+
+from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+INSTALLED = Path(__file__).parents[3] / "lib" / "grabbergui" / "grabbergui"
+"""The program in the package that this file was installed with."""
+PROGRAM = str(INSTALLED) if INSTALLED.is_file() else "grabbergui"
 ARGUMENTS = {
     "source": ("sim:", "which camera; `grabbergui list` shows those that can be seen"),
     "name": ("/camera", "node, and what its topics begin with"),
@@ -12,7 +17,10 @@ ARGUMENTS = {
     "calibration": ("", "camera_info's file; empty: the place below ROS_HOME"),
     "qos": ("reliable", "of the images: reliable, or sensor_data (best effort)"),
     "parameters": ("", "a parameter file: features to set, qualities of service; camera.yaml is one"),
-    "program": ("grabbergui", "where it is not on PATH: .venv/bin/grabbergui"),
+    "program": (
+        PROGRAM,
+        "where it is not on PATH: .venv/bin/grabbergui",
+    ),
 }
 
 

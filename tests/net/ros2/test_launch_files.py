@@ -1,5 +1,6 @@
 """The launch file and the parameter file that we ship."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -67,3 +68,25 @@ def test_the_launch_file_starts_the_server(probe, tmp_path):
         launched.send_signal(signal.SIGINT)
         said, _ = launched.communicate(timeout=PROGRAM)
     assert "finished cleanly" in said
+
+
+def test_the_package_is_in_the_index_with_its_programs_and_launch_file(tmp_path):
+    """As `setup ros2` installs it: `ros2 run` and `ros2 launch` look in these places."""
+    from ament_index_python.packages import get_package_prefix, get_package_share_directory
+
+    from grabbergui.setup import ros2
+
+    pytest.importorskip("ament_package", reason="ament_cmake is not installed: make setup-ros2")
+    ros2._build(ros2.PROGRAM, tmp_path, f"{tmp_path}:{sys.prefix}", dict(os.environ))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
+        programs = Path(get_package_prefix("grabbergui")) / "lib" / "grabbergui"
+        share = Path(get_package_share_directory("grabbergui"))
+    said = subprocess.run([programs / "grabbergui", "--version"], capture_output=True, text=True, check=True)
+    assert said.stdout.startswith("grabbergui ")
+    said = subprocess.run([programs / "camera", "--help"], capture_output=True, text=True, check=True)
+    assert "--ros2" in said.stdout
+    assert (share / "launch" / "camera.launch.py").is_file() and (share / "config" / "camera.yaml").is_file()
+    launch = (share / "launch" / "camera.launch.py").read_text()
+    assert "parents[3]" in launch and share.parents[1] / "lib" == programs.parent
