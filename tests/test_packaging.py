@@ -125,6 +125,17 @@ def test_everything_is_found_in_the_installation(installed):
         assert Path(path).exists() and Path(path).is_relative_to(installed.prefix), name
     assert (Path(paths["manual"]) / "decisions" / "README.md").is_file()
     assert not list(Path(paths["resources"]).rglob("__pycache__/*.xml"))
+    assert (Path(paths["examples"]) / "one_image.py").is_file()
+    assert (Path(paths["manual"]) / "images" / "overview.png").is_file()
+    assert not list(Path(paths["manual"]).rglob("*-dark.png"))  # the manual in the window is light
+
+
+def test_the_page_of_the_package_index_says_how_to_install_it(installed):
+    text = installed.python("-c", "from importlib import metadata; print(metadata.metadata('grabbergui'))")
+    assert "Programming Language :: Python :: 3.14" in text and "Development Status :: 4 - Beta" in text
+    assert text.index("pip install grabbergui") < text.index("## Why grabbergui") and "make run" not in text
+    links = re.findall(r"\]\(([^)]+)\)|(?:src|srcset|href)=\"([^\"]+)\"", text)
+    assert all((one or other).startswith("https://") for one, other in links)
 
 
 def test_the_example_of_the_readme_runs(installed):

@@ -11,7 +11,7 @@ from grabbergui import doctor, sources
 from grabbergui.cli.arguments import wait_time
 from grabbergui.cli.process import dies_of_signals, passing_note
 from grabbergui.core import environment
-from grabbergui.core.environment import MANUAL, RESOURCES
+from grabbergui.core.environment import EXAMPLES, MANUAL, RESOURCES
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.core.shared_folder import MEMORY
 from grabbergui.core.visible_text import print_json, print_line, visible
@@ -227,6 +227,7 @@ def _paths() -> dict[str, Path]:
     paths = {
         "resources": RESOURCES,
         "manual": MANUAL,
+        "examples": EXAMPLES,
         "udev": UDEV_RULE,
         "systemd": RESOURCES / "systemd" / "grabbergui.service",
         "ros2": RESOURCES / "ros2",

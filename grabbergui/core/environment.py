@@ -90,6 +90,8 @@ RESOURCES = _PACKAGE.parent / "resources" if _CHECKOUT else _PACKAGE / "resource
 """The folder of the files shipped with the program, in a checkout or installed."""
 MANUAL = _PACKAGE.parent / "docs" if _CHECKOUT else _PACKAGE / "manual"
 """The folder of the manual's pages."""
+EXAMPLES = (_PACKAGE.parent if _CHECKOUT else _PACKAGE) / "examples"
+"""The folder of the library's example programs."""
 
 
 def find_file(path: Path, what: str = "file", folder: str = "") -> Path:

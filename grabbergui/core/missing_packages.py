@@ -38,6 +38,8 @@ _DISTRIBUTIONS = {
     "gi": "PyGObject",
 }
 "Names on the package index, where they differ from the module's."
+_OWNERS = {"_genapi": "genicam", "_gentl": "genicam"}
+"Packages by those of their modules that report no more than their own name."
 WINDOW = "PyQt5"
 
 
@@ -46,7 +48,7 @@ def explained(error: ImportError) -> str:
     module = (error.name or "").partition(".")[0]
     library = _LIBRARY.search(str(error))
     if library is not None and "undefined symbol" not in str(error):
-        who = f", which {module} needs," if module else ""
+        who = f", which {_OWNERS.get(module, module)} needs," if module else ""
         return f"the system's library {library[1]}{who} is missing: {_library_remedy(library[1])}"
     if isinstance(error, ModuleNotFoundError) and module:
         return f"the package {module} is not installed: {install_command(module)}"

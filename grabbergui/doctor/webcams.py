@@ -20,7 +20,7 @@ def check_webcams() -> Iterator[Finding]:
     else:
         yield note(
             "webcams (v4l2:) are supported on Linux only",
-            f"{shell_command('gui', 'sim:')} opens a simulated camera",
+            f"{shell_command('gui', 'sim:')}, a simulated camera, runs everywhere",
         )
 
 
@@ -31,7 +31,7 @@ def webcams(folder: Path) -> Iterator[Finding]:
     if not devices:
         yield note(
             "no webcam is plugged in, nor another camera of the system (/dev/video*)",
-            f"{shell_command('gui', 'sim:')} opens a simulated camera, on which everything can be tried;"
+            f"{shell_command('gui', 'sim:')}, a simulated camera on which everything can be tried;"
             f" {shell_command('simulate', '--gige', '127.0.0.5')} puts one on the network",
         )
     elif denied:
