@@ -9,12 +9,14 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from grabbergui.core.errors import GrabberError, NoNameServerError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import localized, translate
-from grabbergui.net.readers import Reader
+
+if TYPE_CHECKING:  # the networks are imported when they are used
+    from grabbergui.net.readers import Reader
 
 log = logging.getLogger(__name__)
 

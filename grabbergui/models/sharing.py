@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from psygnal import Signal
 
@@ -26,9 +26,9 @@ from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.peer_grabber import PeerGrabber
 from grabbergui.models.share import Network, Server, Share, ShareOptions, ShareState, ShareStatus
 from grabbergui.models.stream_control import StreamControl
-from grabbergui.net.tree import Terminal, no_terminal
 
 if TYPE_CHECKING:  # imported when the first camera is shared
+    from grabbergui.net.tree import Terminal
     from grabbergui.net.yarp.os.name_client import NameClient
     from grabbergui.net.yarp.os.name_server import NameServer
 
@@ -79,8 +79,14 @@ class NameServersHere:
             server.close()
 
 
-MakeServer = Callable[[FrameGrabber, ShareOptions, NameServersHere, Terminal], Server]
+MakeServer: TypeAlias = "Callable[[FrameGrabber, ShareOptions, NameServersHere, Terminal], Server]"
 "Makes a server, not yet started. Raises GrabberError."
+
+
+def _no_terminal(grabber: FrameGrabber) -> Terminal:
+    from grabbergui.net.tree import no_terminal
+
+    return no_terminal
 
 
 def _make_yarp(
@@ -128,7 +134,7 @@ class Sharing:
         self,
         open_sources: OpenSources,
         stream: StreamControl,
-        terminal: Callable[[FrameGrabber], Terminal] = lambda grabber: no_terminal,
+        terminal: Callable[[FrameGrabber], Terminal] = _no_terminal,
         makers: Mapping[Network, MakeServer] = MAKERS,
     ) -> None:
         """`terminal` returns what runs the typed commands that arrive for a grabber."""

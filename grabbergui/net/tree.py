@@ -411,5 +411,5 @@ def error_of(kind: str, message: str, feature: str) -> GrabberError:
     if issubclass(found, FeatureError):
         return found(message, feature)
     # Others need more than a message, such as a file's name, which is not transmitted.
-    message_only = found.__init__ is Exception.__init__
-    return found(message) if message_only else GrabberError(message)
+    own = any("__init__" in vars(each) for each in found.__mro__ if issubclass(each, GrabberError))
+    return GrabberError(message) if own else found(message)

@@ -12,14 +12,16 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from psygnal import Signal
 
-from grabbergui.calibration.frame_geometry import GEOMETRY_FEATURES
+from grabbergui.calibration.frame_geometry import GEOMETRY_FEATURES, GeometryReader
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.image_geometry import ImageGeometry
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.errors import RobotStoppedError
@@ -79,6 +81,8 @@ class Runner:
         self._make_detector = detector
         self._detector: Detector | None = None
         self._images, self._stamps = ImageWatch(), SenderStamps()
+        self._geometry: ImageGeometry | None = None
+        "Where the pixels of the camera's images lie on its sensor; None if it does not report it."
         self._renew = False
         self._tuned: Config | None = None
         self._running = threading.Event()
@@ -190,8 +194,17 @@ class Runner:
         self._renew = True
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        """The calibration follows the camera's binning and region; so must the detector, which has it."""
-        if not names.isdisjoint(GEOMETRY_FEATURES):
+        """The calibration follows the camera's binning and region; so must the detector, which has it.
+
+        These features are also named when a lock over them may have changed. A renewed detector forgets which
+        images it has seen, so it is renewed only for another geometry.
+        """
+        if names.isdisjoint(GEOMETRY_FEATURES):
+            return
+        before = self._geometry
+        with suppress(GrabberError):
+            self._geometry = GeometryReader(self.grabber).now()
+        if self._geometry != before:
             self.renew_detector()
 
     def tune(self, config: Config) -> None:
@@ -201,8 +214,9 @@ class Runner:
     def _run(self) -> None:
         failure: Exception | None = None
         queue = self.grabber.open_queue(1)
-        self.grabber.features_changed.connect(self._on_features_changed)
         try:
+            self._geometry = GeometryReader(self.grabber).now()
+            self.grabber.features_changed.connect(self._on_features_changed)
             self.grabber.start()
             due = time.monotonic()
             while self._running.is_set():

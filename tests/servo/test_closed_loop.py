@@ -257,6 +257,9 @@ def test_an_image_that_is_not_complete_is_not_announced_as_one_that_counted():
     class Lossy:
         features_changed = Signal(frozenset)
 
+        def has_feature(self, name):
+            return False
+
         def open_queue(self, depth):
             self.queue = FrameQueue(depth)
             return self.queue

@@ -100,6 +100,9 @@ class Dark:
 
     features_changed = Signal(frozenset)
 
+    def has_feature(self, name):
+        return False
+
     def open_queue(self, depth):
         return FrameQueue(depth)
 

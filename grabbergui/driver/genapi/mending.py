@@ -286,7 +286,7 @@ class _Description:
             name: [
                 (owner, child, target)
                 for owner, child, target in _references(node)
-                if chosen(_tag(child)) and target in self._nodes and child not in self._dropped[owner]
+                if chosen(_tag(child)) and target in self._nodes and child not in self._dropped.get(owner, ())
             ]
             for name, node in self._nodes.items()
         }
