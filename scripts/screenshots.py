@@ -121,7 +121,7 @@ take("log", window.logDock)
 tool(None)
 
 window.actionRegion.trigger()
-take("region", window.image)
+take("region")
 window.image.drawing.cancel()
 
 settings = Path(tempfile.mkdtemp()) / "settings.yaml"

@@ -17,7 +17,7 @@ from grabbergui.ui.theme import Theme
 
 MOST_RECENT = 10
 "Most sources remembered that were opened."
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 "Incremented when docks change so much that older layouts no longer fit."
 
 

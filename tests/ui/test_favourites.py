@@ -40,7 +40,9 @@ def test_names_are_moved_and_removed():
 def app(make_app):
     app = make_app()
     app.connect("sim:?width=320&height=240&fps=15")
-    app.until(lambda: app.window.favourites._shown[-1].x() > 100)  # they have their places
+    strip = app.window.favourites
+    app.until(lambda: len({(card.x(), card.y()) for card in strip._shown}) == 3)  # they have their places
+    app.until(lambda: all(strip.rect().contains(card.geometry()) for card in strip._shown))
     return app
 
 

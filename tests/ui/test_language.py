@@ -300,7 +300,7 @@ def test_numbers_have_the_languages_decimal_point(spanish, app):
     app.until(lambda: gain.editor is not None and gain.editor.field.text() == "7,5 dB")
     app.until(lambda: "," in window.histogram.figuresLabel.text())
     app.until(lambda: "," in window.status.rateLabel.text())
-    app.until(lambda: "," in window.image.clippingLabel.text())
+    app.until(lambda: "," in window.status.clippingButton.text())
     labels = [label for label in window.findChildren(QLabel) if label.isVisible() and ours(label)]
     wrong = {label.objectName(): label.text() for label in labels if re.search(r"\d\.\d", label.text())}
     assert not wrong

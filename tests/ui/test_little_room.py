@@ -5,7 +5,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from PyQt5.QtCore import QByteArray, QRect, QSize, Qt
+from PyQt5.QtCore import QByteArray, QRect, Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtTest import QTest
 from PyQt5.QtWidgets import (
@@ -26,8 +26,6 @@ from grabbergui import sources
 from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views import panel_layout
-from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.labels import ElidedComboBox
 
 LEAST_CHOICE = 60
@@ -43,7 +41,7 @@ def test_the_whole_window_fits_800_pixels(app):
     window.resize(800, 600)
     app.until(lambda: window.width() == 800)
     assert window.height() == 600
-    assert window.centre.minimumSizeHint().width() < 500
+    assert window.centre.minimumSizeHint().width() < 500 and window.minimumSizeHint().width() <= 800
 
 
 def clipped(window):
@@ -113,34 +111,20 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
 TOOL_KEYS = (Qt.Key_F2, Qt.Key_F3, Qt.Key_F4, "Ctrl+T", "Ctrl+H", Qt.Key_F12)
 
 
-@pytest.fixture
-def on_screen(monkeypatch):
-    """Pretend that the screen has this room for the window."""
-
-    def pretend(width, height):
-        monkeypatch.setattr(panel_layout, "has_screen", lambda: True)
-        monkeypatch.setattr(panel_layout, "screen_room", lambda _: QSize(width, height))
-
-    return pretend
-
-
 @pytest.mark.parametrize("language", ["en", "es"])
-def test_on_a_screen_of_640_by_360_all_panels_are_tabs_at_the_right(
-    make_app, qapp, request, on_screen, language
-):
+def test_in_640_by_360_all_panels_are_tabs_at_the_right(make_app, qapp, request, language):
     request.addfinalizer(lambda: qapp.setStyleSheet(""))
     request.addfinalizer(lambda: speak(qapp, "en"))
     dress(qapp, Theme.LIGHT)
     speak(qapp, language)
-    on_screen(638, 360)
     app = make_app()
     window = app.window
-    window.resize(638, 360)
+    window.resize(640, 360)
     app.connect("sim:colour?fps=15")
     app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
     for key in TOOL_KEYS:
         QTest.keySequence(window, QKeySequence(key))
-        app.until(lambda: (window.width(), window.height()) == (638, 360))
+        app.until(lambda: (window.width(), window.height()) == (640, 360))
         app.until(lambda: not clipped(window))
     for key in ("F8", "F9", *TOOL_KEYS):
         action = next(a for a in window.findChildren(QAction) if a.shortcut() == QKeySequence(key))
@@ -152,154 +136,9 @@ def test_on_a_screen_of_640_by_360_all_panels_are_tabs_at_the_right(
         app.until(lambda: not clipped(window))
 
 
-def test_tiles_for_which_the_screen_is_too_low_return_on_a_higher_one(make_app, qapp, request, on_screen):
-    request.addfinalizer(lambda: qapp.setStyleSheet(""))
-    dress(qapp, Theme.LIGHT)
-    app = make_app()
+def test_the_address_and_the_filter_come_to_the_front(app):
     window = app.window
-    app.connect("sim:?fps=15")
-    app.program.opener.open_additional("sim:colour?fps=15")
-    app.until(lambda: len(window.gallery.tiles) == 2)
-    on_screen(638, 360)
-    window.resize(638, 360)
-    app.until(lambda: (window.width(), window.height()) == (638, 360))
-    assert window.gallery.isHidden() and len(window.gallery.tiles) == 2
-    app.until(lambda: is_whole(window.recordingBar.recordButton))
-    app.program.opener.open_additional("sim:?fps=14")
-    app.until(lambda: len(window.gallery.tiles) == 3)
-    app.qtbot.wait(20)
-    assert window.gallery.isHidden() and window.height() == 360
-    on_screen(1900, 1000)
-    window.resize(1280, 800)
-    app.until(window.gallery.isVisible)
-
-
-def test_on_a_larger_screen_the_panels_return_to_their_places(app, on_screen):
-    window = app.window
-    docks = (window.sourcesDock, window.featuresDock, window.histogramDock)
-    app.qtbot.keyClick(window, Qt.Key_F2)
-    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
-    places = [window.dockWidgetArea(dock) for dock in docks]
-    on_screen(638, 360)
-    window.resize(1279, 800)
-    app.until(lambda: window.histogramDock in window.tabifiedDockWidgets(window.featuresDock))
-    assert not window.histogramDock.visibleRegion().isEmpty()
-    app.qtbot.keyClick(window, Qt.Key_F3)  # opened there, it stays open
-    on_screen(1900, 1000)
-    window.resize(1280, 800)
-    app.until(lambda: not window.tabifiedDockWidgets(window.sourcesDock))
-    assert not window.focusDock.isHidden()
-    assert [window.dockWidgetArea(dock) for dock in docks] == places
-
-
-def test_a_window_that_grows_on_a_low_screen_hides_its_tiles_and_stays_on_it(
-    make_app, qapp, request, on_screen
-):
-    request.addfinalizer(lambda: qapp.setStyleSheet(""))
-    dress(qapp, Theme.LIGHT)
-    app = make_app()
-    window = app.window
-    app.connect("sim:?fps=15")
-    app.program.opener.open_additional("sim:colour?fps=15")
-    app.until(lambda: len(window.gallery.tiles) == 2)
-    window.sourcesDock.close()
-    window.featuresDock.close()
-    window.resize(640, 100)
-    app.until(lambda: window.gallery.height() < 100)
-    least = app.settled(lambda: window.minimumSizeHint().height())
-    on_screen(640, least + 5)
-    window.resize(640, least + 4)
-    assert app.settled(lambda: (window.height(), window.gallery.isVisible())) == (least + 4, True)
-    app.watch()
-    window.actionPause.trigger()
-    app.until(window.gallery.isHidden)
-    app.until(lambda: window.height() <= least + 5)
-    window.actionPause.trigger()
-    app.until(window.gallery.isVisible)
-    assert window.height() <= least + 5
-
-
-def test_panels_return_from_a_small_screen_as_wide_as_they_were(app, on_screen):
-    window = app.window
-    window.resize(1280, 800)
-    sides = (window.sourcesDock, window.featuresDock)
-    app.settled(lambda: [dock.width() for dock in sides])
-    window.resizeDocks(sides, [300, 400], Qt.Horizontal)
-    app.until(lambda: [dock.width() for dock in sides] == [300, 400])
-    for _ in range(2):
-        on_screen(638, 360)
-        window.resize(638, 360)
-        app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
-        app.settled(lambda: [dock.width() for dock in sides])
-        on_screen(1900, 1000)
-        window.resize(1280, 800)
-        app.until(lambda: not window.tabifiedDockWidgets(window.sourcesDock))
-        app.until(lambda: [dock.width() for dock in sides] == [300, 400])
-
-
-def test_gathered_panels_are_remembered_where_they_would_be(make_app, on_screen):
-    on_screen(638, 360)
-    app = make_app()
-    window = app.window
-    window.resize(638, 360)
-    app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
-    app.qtbot.keyClick(window, Qt.Key_F2)
-    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
-    kept = window.saveState()
-    app.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
-    assert window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock)
-    assert (window.width(), window.height()) == (638, 360)
-    bars = window.findChildren(QTabBar, options=Qt.FindDirectChildrenOnly)
-    app.until(lambda: len([bar for bar in bars if bar.isVisible()]) == 1)  # others would lie over panels
-    on_screen(1900, 1000)
-    larger = make_app().window
-    larger.restoreState(kept)
-    app.until(lambda: not larger.histogramDock.visibleRegion().isEmpty())
-    assert larger.dockWidgetArea(larger.sourcesDock) == Qt.LeftDockWidgetArea
-    assert larger.dockWidgetArea(larger.histogramDock) == Qt.BottomDockWidgetArea
-
-
-@pytest.mark.parametrize("small", [(800, 600), (638, 360)], ids=["narrow", "gathered"])
-def test_sides_that_a_small_screen_made_narrow_are_as_wide_as_before_on_a_large_one(
-    make_app, on_screen, small
-):
-    def sides(window):
-        return [window.sourcesDock, window.featuresDock]
-
-    def widths(window):
-        return [dock.width() for dock in sides(window)]
-
-    on_screen(1900, 1000)
-    window = make_app().window
-    window.resize(1280, 800)
-    QTest.qWait(2 * panel_layout.SETTLING_MS)
-    window.resizeDocks(sides(window), [300, 400], Qt.Horizontal)
-    QTest.qWait(2 * panel_layout.SETTLING_MS)
-    assert widths(window) == [300, 400]
-    on_screen(*small)
-    window.resize(*small)
-    QTest.qWait(2 * panel_layout.SETTLING_MS)
-    assert widths(window) != [300, 400]
-    kept = window.saveState()
-    on_screen(1900, 1000)
-    larger = MainWindow()
-    larger.resize(1280, 800)
-    assert larger.restoreState(kept)
-    larger.show()
-    QTest.qWait(2 * panel_layout.SETTLING_MS)
-    assert widths(larger) == [300, 400]
-    assert larger.restoreState(kept), "as for a camera that is opened later"
-    QTest.qWait(2 * panel_layout.SETTLING_MS)
-    assert widths(larger) == [300, 400]
-    assert larger.restoreState(kept.replace(b"300 400", b"99999999999 x")), "a damaged one"
-    QTest.qWait(2 * panel_layout.SETTLING_MS)
-    assert sum(widths(larger)) < 700
-    larger.close()
-
-
-def test_the_address_and_the_filter_come_to_the_front(app, on_screen):
-    on_screen(638, 360)
-    window = app.window
+    window.resize(640, 360)
     app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
     app.connect()
     for key, field in (("Ctrl+L", window.sources.addressEdit), ("Ctrl+F", window.features.filterEdit)):
@@ -313,7 +152,7 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app
     app.program.opener.open_additional("sim:?fps=15")
     app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
     app.until(lambda: window.favouritesArea.height() == window.favourites.height())
-    window.resize(800, 600)
+    window.resize(640, 360)
     app.qtbot.keyClick(window, Qt.Key_F2)
     app.until(lambda: window.favouritesArea.height() < window.favourites.height())
     area = window.favouritesArea
@@ -433,7 +272,7 @@ def test_the_overflow_arrow_of_the_tool_bar_is_whole(app, qapp, request):
     request.addfinalizer(lambda: qapp.setStyleSheet(""))
     dress(qapp, Theme.LIGHT)
     window = app.window
-    window.resize(800, 600)
+    window.resize(640, 480)
     arrow = window.toolBar.findChild(QToolButton, "qt_toolbar_ext_button")
     app.until(arrow.isVisible)
     app.qtbot.wait(50)

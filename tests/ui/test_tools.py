@@ -144,14 +144,14 @@ def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(make_app):
 def test_clipping_is_marked_and_counted(app):
     window = app.window
     window.actionClipping.trigger()
-    app.until(lambda: "saturated" in window.image.clippingLabel.text())
+    app.until(lambda: "saturated" in window.status.clippingButton.text())
     app.grabber.write_feature("ExposureTime", 1e5)
-    app.until(lambda: float(window.image.clippingLabel.text().split("%")[0]) > 50)
+    app.until(lambda: float(window.status.clippingButton.text().split("%")[0]) > 50)
     app.watch(3)
     pixels = screen(app).reshape(-1, 3)
     assert np.mean((pixels[:, 0] > 200) & (pixels[:, 2] < 100)) > 0.3
     window.actionClipping.trigger()
-    app.until(lambda: not window.image.clippingLabel.text())
+    app.until(lambda: window.status.clippingButton.text() == "Clipping")
 
 
 def test_a_drawn_region_is_scored_for_focus(app):

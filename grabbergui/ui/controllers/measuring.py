@@ -23,7 +23,7 @@ from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import Dock, FileQuestions, ReadoutImageView
+from grabbergui.ui.views.bases import Dock, FileQuestions, ReadoutImageView, StatusView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
 from grabbergui.ui.widgets.drawing_tool import Purpose
 from grabbergui.ui.widgets.image_overlays import Mark
@@ -36,6 +36,7 @@ class MeasuringController(QObject):
         self,
         view: ReadoutImageView,
         panels: MeasuringPanels,
+        strip: StatusView,
         clipping: QAction,
         open_sources: OpenSources,
         image: ImageModel,
@@ -45,6 +46,7 @@ class MeasuringController(QObject):
         super().__init__(parent)
         self._view = view
         self._panels = panels
+        self._strip = strip
         self._clipping = clipping
         self._image = image
         self._measuring = measuring
@@ -95,7 +97,7 @@ class MeasuringController(QObject):
             )
         )
         if not self._clipping.isChecked():
-            self._view.setClippingText("")
+            self._strip.setClipping("")
         self.show_marks()
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
@@ -149,7 +151,7 @@ class MeasuringController(QObject):
             if self._clipping.isChecked():
                 saturated, black = measured.histogram.saturated, measured.histogram.black
                 text = self.tr("{0:.2%} saturated · {1:.2%} black").format(saturated, black)
-                self._view.setClippingText(localized(text))
+                self._strip.setClipping(localized(text))
         if measured.sharpness is not None:
             self._history.add(measured.sharpness)
             panels.focus.setScores(self._history.scores, self._history.best)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from PyQt5.QtCore import QByteArray, QMimeData, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QContextMenuEvent, QDrag, QDropEvent, QMouseEvent
-from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QSizePolicy, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QApplication, QGridLayout, QHBoxLayout, QSizePolicy, QWidget
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
 from grabbergui.core.sfnc import as_editable
@@ -107,12 +107,14 @@ def _editor_of_kind(feature: Feature) -> type[FeatureEditor]:
     return NumberEditor if SliderScale.of(feature) is None else RangeEditor
 
 
+FIELD_WIDTH = 104
+"Most pixels of a number that is beside its slider."
 INDENT = 14
 """Pixels by which a feature stands below its selector."""
 
 
 class FeatureRow(QWidget):
-    """The name on the left, the editor on the right; a slider gets a line of its own below.
+    """The name on the left, the editor on the right; a slider is on a line of its own below, or between them.
 
     Empty until the first `setFeature`; all rows of a width have their columns in the same places.
     """
@@ -139,6 +141,8 @@ class FeatureRow(QWidget):
         "Why nothing can be changed now."
         self._odd = False
         "Whether the feature cannot be shown."
+        self._in_line = False
+        "Whether the slider is beside the editor."
         self._label = PlainLabel(breakable(self.title))
         self._label.setWordWrap(True)
         self._label.setSizePolicy(_column_policy())
@@ -166,12 +170,25 @@ class FeatureRow(QWidget):
         self._cell.setMinimumHeight(self.fontMetrics().height() + 8)
 
     def standBesideOthers(self) -> None:
-        """Suit a row of cards: slider lines of equal height, and more width for the value."""
-        self._grid.setColumnStretch(0, 3)
-        self._grid.setColumnStretch(1, 4)
-        button = AutoButton()
-        button.setFont(self.font())
-        self._slider_line.addStrut(button.sizeHint().height())
+        """Take one line: name, slider, editor and automatic mode."""
+        self._in_line = True
+        self._label.setWordWrap(False)
+        self._label.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Preferred)
+        self._cell.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+        self._grid.removeItem(self._slider_line)
+        self._grid.addLayout(self._slider_line, 0, 1)
+        self._grid.addWidget(self._cell, 0, 2)
+        self._grid.setColumnStretch(0, 0)
+        self._share_line()
+
+    def _share_line(self) -> None:
+        """Give the slider the width that name and editor leave, or the editor if there is none."""
+        if self._in_line:
+            has_slider = self.editor is not None and self.editor.slider() is not None
+            self._grid.setColumnStretch(1, int(has_slider))
+            self._grid.setColumnStretch(2, int(not has_slider))
+            if self.editor is not None:
+                self.editor.setMaximumWidth(FIELD_WIDTH if has_slider else QWIDGETSIZE_MAX)
 
     @property
     def autoName(self) -> str | None:
@@ -251,6 +268,7 @@ class FeatureRow(QWidget):
         self._cell_line.insertWidget(0, editor, 1)
         if (slider := editor.slider()) is not None:
             self._slider_line.insertWidget(0, slider, 1)
+        self._share_line()
         self._place_auto()
 
     def _drop_editor(self) -> None:
@@ -268,8 +286,8 @@ class FeatureRow(QWidget):
     def _place_auto(self) -> None:
         if self.auto is None:
             return
-        has_slider = self.editor is not None and self.editor.slider() is not None
-        (self._slider_line if has_slider else self._cell_line).addWidget(self.auto)
+        below = not self._in_line and self.editor is not None and self.editor.slider() is not None
+        (self._slider_line if below else self._cell_line).addWidget(self.auto)
 
     def _on_editor_value_edited(self, value: object) -> None:
         if self._feature is not None and self._feature.kind is FeatureKind.COMMAND:

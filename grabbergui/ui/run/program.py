@@ -149,7 +149,14 @@ class Program(QObject):
         self.components = ComponentController(window, image, window.histogram, open_sources, self.image, self)
         self.points = PointCloudController(window.actionShowPoints, window, self.image, self)
         self.measures = MeasuringController(
-            image, window, window.actionClipping, open_sources, self.image, self.measuring, self
+            image,
+            window,
+            window.status,
+            window.actionClipping,
+            open_sources,
+            self.image,
+            self.measuring,
+            self,
         )
         self.pausing = PauseController(
             window, image.pauseBar, open_sources, self.image, self.history, said, self

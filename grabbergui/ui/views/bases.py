@@ -64,6 +64,9 @@ class StatusView(Protocol):
     def setLosses(self, text: str, tone: Tone, detail: str) -> None:
         """Show losses, how bad they are, and every counter in words."""
 
+    def setClipping(self, text: str) -> None:
+        """Show how much of the frame is saturated and black; empty while it is not measured."""
+
     def clearFigures(self) -> None:
         """Show that nothing streams."""
 
@@ -134,9 +137,6 @@ class ReadoutImageView(DrawableView, LiveImageView, Protocol):
 
     def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
         """Describe the pixel under the cursor; `beside` has all components' values there by their labels."""
-
-    def setClippingText(self, text: str) -> None:
-        """Show how much of the frame is saturated and black."""
 
     def clear(self) -> None:
         """Show nothing."""

@@ -15,17 +15,17 @@ from PyQt5.QtGui import (
     QPen,
     QResizeEvent,
 )
-from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QGridLayout, QLabel, QScrollArea, QWidget
+from PyQt5.QtWidgets import QGridLayout, QLabel, QScrollArea, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
 from grabbergui.ui.form_loader import load_form
 
-LINE_HEIGHT = 72
+LINE_HEIGHT = 36
 "Height of a line of controls in pixels, with its margins."
-CARD_WIDTH = 160
+CARD_WIDTH = 350
 """Least width of a card; a line has as many as fit."""
-MOST_WIDTH = 460
+MOST_WIDTH = 620
 
 
 class FavouritesStrip(QWidget):
@@ -185,9 +185,6 @@ class FavouritesStrip(QWidget):
 
     def _card(self, description: FeatureDescription) -> FeatureRow:
         row = self.rows.make(description, self)
-        font = row.font()
-        font.setPointSizeF(font.pointSizeF() * 1.1)
-        row.setFont(font)
         row.standBesideOthers()
         row.setMinimumWidth(CARD_WIDTH)
         row.setMaximumWidth(MOST_WIDTH)
@@ -197,42 +194,22 @@ class FavouritesStrip(QWidget):
 
 
 class FavouritesArea(QScrollArea):
-    """As high as all lines of pinned controls; with little room, it shows whole lines and scrolls."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._room = QWIDGETSIZE_MAX
-
-    @property
-    def height_taken(self) -> int:
-        """Return its height in pixels within the room that it was given."""
-        lines = self._lines()
-        return max([height for height in lines if height <= self._room], default=lines[0])
-
-    @property
-    def least_height(self) -> int:
-        """Return the height of its first line in pixels."""
-        return self._lines()[0]
-
-    @property
-    def most_height(self) -> int:
-        """Return the height of all lines in pixels."""
-        return self._lines()[-1]
-
-    def setRoom(self, height: int) -> None:
-        """Take no more than `height` pixels, but at least one line."""
-        if height != self._room:
-            self._room = height
-            self.updateGeometry()
+    """As high as all lines of pinned controls; with little room it is lower, and scrolls."""
 
     def sizeHint(self) -> QSize:
-        """Return the height of the lines that fit."""
-        return QSize(CARD_WIDTH, self.height_taken)
+        """Return the height of all lines."""
+        return QSize(CARD_WIDTH, self._lines()[-1])
 
     def minimumSizeHint(self) -> QSize:
         """Return room for a card and the scroll bar."""
         bar = self.verticalScrollBar()
-        return QSize(CARD_WIDTH + (bar.sizeHint().width() if bar is not None else 0), self.least_height)
+        return QSize(CARD_WIDTH + (bar.sizeHint().width() if bar is not None else 0), self._lines()[0])
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Adapt to the width, in which the controls may need another number of lines."""
+        super().resizeEvent(event)
+        if event is not None and event.size().width() != event.oldSize().width():
+            self.updateGeometry()
 
     def viewportEvent(self, event: QEvent | None) -> bool:
         """Adapt to the controls, which may need another height."""

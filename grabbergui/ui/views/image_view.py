@@ -4,9 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PyQt5.QtCore import QPoint, QSignalBlocker, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
-from PyQt5.QtWidgets import QCheckBox, QDialog, QLabel, QSizePolicy, QTabBar, QVBoxLayout, QWidget
+from PyQt5.QtCore import QPoint, QRect, QSignalBlocker, QSize, Qt, pyqtSignal
+from PyQt5.QtGui import (
+    QColor,
+    QCursor,
+    QHideEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PyQt5.QtWidgets import QCheckBox, QDialog, QFrame, QTabBar, QVBoxLayout, QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
@@ -28,6 +37,8 @@ from grabbergui.ui.widgets.task_stack import TaskStack
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16
+READOUT_GAP = 24
+"Pixels between the mouse and the pixel's value, so that it never covers what is pointed at."
 
 
 class ImageView(QWidget):
@@ -52,10 +63,9 @@ class ImageView(QWidget):
     paneArea: PaneArea
     pauseBar: PauseBar
     playbackBar: PlaybackBar
+    readout: QFrame
     cursorLabel: ShrinkingLabel
     hintLabel: ShrinkingLabel
-    clippingLabel: ShrinkingLabel
-    zoomLabel: QLabel
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -90,7 +100,8 @@ class ImageView(QWidget):
         self.canvas.cursorMoved.connect(self.cursorMoved)
         self.canvas.cursorLeft.connect(self.cursorLeft)
         self.canvas.painted.connect(self.painted)
-        self.canvas.zoomChanged.connect(self._on_canvas_zoom_changed)
+        self.readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._place_readout()
 
     def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
@@ -156,12 +167,11 @@ class ImageView(QWidget):
         self.setScale(None)
         self.setAge(None)
         self.setCursorText("")
-        self.setClippingText("")
-        self.zoomLabel.clear()
 
     def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
         """Show a text about the pixel under the cursor, and the values of all components there."""
         self.cursorLabel.setText(text)
+        self._place_readout()
         if self.paneArea.panes:
             self.paneArea.setValueTexts(beside)
 
@@ -171,15 +181,9 @@ class ImageView(QWidget):
         self.drawing.begin(purpose)
 
     def _show_hint(self, text: str = "", shorter: str = "") -> None:
-        """Show a hint in place of what does not matter meanwhile, or with no text that again."""
+        """Show a hint, or none."""
         self.hintLabel.setTexts(text, shorter)
-        for label in (self.clippingLabel, self.zoomLabel):
-            label.setHidden(bool(text))
-        # A hint that is cut would not say how to cancel: the pixel's value takes the width that is left.
-        policy = self.cursorLabel.sizePolicy()
-        policy.setHorizontalPolicy(QSizePolicy.Policy.Ignored if text else QSizePolicy.Policy.Preferred)
-        policy.setHorizontalStretch(1 if text else 0)
-        self.cursorLabel.setSizePolicy(policy)
+        self._place_readout()
 
     def _hints(self, purpose: Purpose) -> tuple[str, str]:
         """Return what to do, and the same for a narrow window."""
@@ -194,20 +198,17 @@ class ImageView(QWidget):
             return text, self.tr("Draw a line; Esc cancels.")
         return text, self.tr("Draw a region; Esc cancels.")
 
-    def setClippingText(self, text: str) -> None:
-        """Show how much of the frame is saturated and black."""
-        self.clippingLabel.setText(text)
-
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
         """Show a note in place of the image; with no summary, none."""
         self.note.setNote(summary, advice, stage)
         self._place_note()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Keep note and tasks in their places."""
+        """Keep note, tasks and readout in their places."""
         super().resizeEvent(event)
         self._place_note()
         self._place_tasks()
+        self._place_readout()
         self._place_scale()
 
     def _place_note(self) -> None:
@@ -227,8 +228,22 @@ class ImageView(QWidget):
         canvas, height = self.paneArea.geometry(), self.tasks.sizeHint().height()
         width = min(NOTE_WIDTH, canvas.width() - 2 * NOTE_MARGIN)
         x = canvas.x() + (canvas.width() - width) // 2
-        self.tasks.setGeometry(x, canvas.bottom() - NOTE_MARGIN - height, width, height)
+        bottom = canvas.bottom() - self.readout.sizeHint().height() - NOTE_MARGIN
+        self.tasks.setGeometry(x, bottom - height, width, height)
         self.tasks.raise_()
+
+    def _place_readout(self) -> None:
+        """Put hint and value over the lower edge of the image; over its upper edge if the mouse is there."""
+        self.hintLabel.setVisible(bool(self.hintLabel.text()))
+        self.cursorLabel.setVisible(bool(self.cursorLabel.text()))
+        self.readout.setVisible(bool(self.hintLabel.text() or self.cursorLabel.text()))
+        area, size = self.paneArea.geometry(), self.readout.sizeHint()
+        place = QRect(area.topLeft(), size.boundedTo(area.size()))
+        place.moveBottom(area.bottom())
+        if place.adjusted(0, -READOUT_GAP, READOUT_GAP, 0).contains(self.mapFromGlobal(QCursor.pos())):
+            place.moveTop(area.top())
+        self.readout.setGeometry(place)
+        self.readout.raise_()
 
     def _place_scale(self) -> None:
         place = self.paneArea.canvasPlace
@@ -244,9 +259,6 @@ class ImageView(QWidget):
         if 0 <= index < len(self._labels):
             self._asked = self._labels[index]
             self.componentChosen.emit(self._asked)
-
-    def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:
-        self.zoomLabel.setText(f"{zoom:.0%}" + (self.tr(" · fitted") if fitted else ""))
 
 
 def _age(seconds: float) -> str:

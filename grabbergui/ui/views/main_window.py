@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PyQt5.QtCore import QByteArray, Qt, QTimer, pyqtSignal
+from PyQt5.QtCore import QByteArray, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QCloseEvent, QKeyEvent
 from PyQt5.QtWidgets import (
     QAbstractButton,
@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (
     QActionGroup,
     QApplication,
     QDockWidget,
+    QLayout,
     QMainWindow,
     QMenu,
     QMenuBar,
@@ -35,6 +36,7 @@ from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.gallery import Gallery
+from grabbergui.ui.views.header import Header
 from grabbergui.ui.views.help_views import LogPanel
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel, ValuesPanel
@@ -45,10 +47,10 @@ from grabbergui.ui.widgets.status_strip import StatusStrip
 
 FIRST_SHARE = 0.75
 "Share of the screen's width and height for a window that was never moved."
-SIDE_WIDTHS = b"\nwidths of the sides: "
-"Separates Qt's state of the docks from the widths that they have where there is room."
-TOOLS_HEIGHT = 210
-"Initial height of the panels below the image."
+ARRANGEMENT = b"\narrangement of the panels: "
+"Separates Qt's state of the docks from the name of their arrangement."
+LEAST_SIZE = QSize(640, 360)
+"Of the window, pixels. Its panels are arranged for any larger size."
 
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
@@ -143,6 +145,7 @@ class MainWindow(QMainWindow):
     actionZoomIn: QAction
     actionZoomOut: QAction
     actionFullScreen: QAction
+    actionResetLayout: QAction
     actionAddress: QAction
     actionSearch: QAction
     actionFindFeature: QAction
@@ -170,9 +173,20 @@ class MainWindow(QMainWindow):
         self.messages = self.status.messages
         self.statusbar.addWidget(self.status, 1)
         self.statusbar.setSizeGripEnabled(False)
-        self.resizeDocks([self.sourcesDock, self.featuresDock], [270, 360], Qt.Orientation.Horizontal)
-        self._panels = PanelLayout(self, self)
-        self._arrange_tools()
+        if (line := self.statusbar.layout()) is not None:
+            line.setContentsMargins(0, 0, 0, 0)
+        self.removeToolBar(self.toolBar)
+        self.header = Header(self.menubar, self.toolBar, self.recordingBar)
+        self.setMenuWidget(self.header)
+        self._tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock,
+                       self.changesDock, self.logDock)  # fmt: skip
+        self._panels = PanelLayout(self, (self.sourcesDock, self.featuresDock), self._tools)
+        self._list_panels()
+        if (layout := self.layout()) is not None:
+            # Qt would keep the window as large as the panels need until they are arranged for less.
+            layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
+        self.setMinimumSize(LEAST_SIZE)
+        self._fill_status()
         self._group_themes()
         self._group_colours()
         self._group_polarised_views()
@@ -188,6 +202,10 @@ class MainWindow(QMainWindow):
             return
         self.closing.emit()
         super().closeEvent(event)
+
+    def menuBar(self) -> QMenuBar:
+        """Return the menus; Qt's own function would make others, as these are a part of the header."""
+        return self.menubar
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
         """Give the focus back to the image on an Enter or Escape that no control used."""
@@ -228,52 +246,50 @@ class MainWindow(QMainWindow):
             self.image.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
             return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
-        sides = (self.sourcesDock, self.featuresDock)
-        direct = Qt.FindChildOption.FindDirectChildrenOnly
-        tools = [dock for dock in self.findChildren(QDockWidget, options=direct) if dock not in sides]
-        regions = [self.sourcesDock, *cards, self.image, self.gallery, self.recordingBar,
-                   *tools, self.featuresDock, self.messages]  # fmt: skip
         # Qt reports all docks of a tabbed group as visible.
-        behind = [dock for dock in (*sides, *tools) if dock.visibleRegion().isEmpty()]
-        return give_focus([each for each in regions if each not in behind], focused, forward=forward)
+        docks = [dock for dock in (self.sourcesDock, self.featuresDock, *self._tools)
+                 if not dock.visibleRegion().isEmpty()]  # fmt: skip
+        docks.sort(key=lambda dock: (dock.x(), dock.y()))
+        regions = [self.header, *cards, self.image, self.gallery, *docks, self.status]
+        return give_focus(regions, focused, forward=forward)
 
     def saveState(self, version: int = 0) -> QByteArray:
-        """Return where the docks are, and how wide, or where they would be in a larger window."""
-        with self._panels.in_their_places():
-            places = super().saveState(version)
-        return places + SIDE_WIDTHS + " ".join(map(str, self._panels.side_widths)).encode()
+        """Return where the docks are, and by which arrangement."""
+        arrangement = self._panels.arrangement
+        name = arrangement.value if arrangement is not None else ""
+        return super().saveState(version) + ARRANGEMENT + name.encode()
 
     def restoreState(self, state: QByteArray | bytes | bytearray, version: int = 0) -> bool:
-        """Arrange the docks as before; on a small screen, behind each other."""
-        places, _, widths = bytes(state).partition(SIDE_WIDTHS)
-        with self._panels.in_their_places():
-            restored = super().restoreState(places, version)
+        """Show the docks as before; where the user moved none, in the places for this size of window."""
+        places, _, name = bytes(state).partition(ARRANGEMENT)
+        self._panels.moving(True)
+        restored = super().restoreState(places, version)
+        self._panels.moving(False)
         if restored:
-            self._panels.side_widths = [int(width) for width in widths.split() if width.isdigit()]
+            self._panels.restored(name.decode(errors="replace"))
         return restored
 
     def setTheme(self, theme: Theme) -> None:
         """Mark the chosen theme."""
         self._themes[theme].setChecked(True)
 
-    def _arrange_tools(self) -> None:
-        """Put the panels below the image into tabs, and show some tools by their icons alone."""
-        tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock, self.changesDock,
-                 self.logDock)  # fmt: skip
-        for dock in tools:
-            if dock is not self.histogramDock:
-                self.tabifyDockWidget(self.histogramDock, dock)
-        self.resizeDocks([self.histogramDock], [TOOLS_HEIGHT], Qt.Orientation.Vertical)
-        # The sides go down to the status bar, so that the features keep their height.
+    def _list_panels(self) -> None:
+        """Offer each panel in the menu; give those at the side the height of the window."""
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
-        for dock, key in zip((self.sourcesDock, self.featuresDock, *tools), _DOCK_KEYS, strict=True):
+        for dock, key in zip((self.sourcesDock, self.featuresDock, *self._tools), _DOCK_KEYS, strict=True):
             self.menuView.addAction(self._panel_action(dock, key))
-        for action in (self.actionExpose, self.actionBalance, self.actionFit, self.actionOneToOne,
-                       self.actionZoomIn, self.actionZoomOut, self.actionTurnRight):  # fmt: skip
-            button = self.toolBar.widgetForAction(action)
-            if isinstance(button, QToolButton):
-                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        self.actionResetLayout.triggered.connect(self._panels.reset)
+
+    def _fill_status(self) -> None:
+        """Show the zoom in the status bar, with its buttons; its share of clipped pixels marks them."""
+        zooming = (self.actionFit, self.actionOneToOne, self.actionZoomIn, self.actionZoomOut)
+        self.status.addZoomActions((*zooming, self.actionTurnRight))
+        self.image.canvas.zoomChanged.connect(self.status.setZoom)
+        self.status.clippingButton.toggled.connect(self.actionClipping.setChecked)
+        self.actionClipping.toggled.connect(self.status.clippingButton.setChecked)
+        if isinstance(button := self.toolBar.widgetForAction(self.actionFullSensor), QToolButton):
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
 
     def _panel_action(self, dock: QDockWidget, key: str) -> QAction:
         """Return an action that shows and raises a panel, or hides it; checked while the panel is seen."""
@@ -286,12 +302,9 @@ class MainWindow(QMainWindow):
         dock.visibilityChanged.connect(action.setChecked)
 
         def show(wanted: bool) -> None:
-            if dock in (self.histogramDock, self.focusDock):
-                self._panels.place_focus(beside=wanted)
             dock.setVisible(wanted)
             if wanted:
                 dock.raise_()
-                QTimer.singleShot(0, self._panels.make_room_for_image)  # once it is laid out
 
         action.triggered[bool].connect(show)
         return action
@@ -369,7 +382,6 @@ class MainWindow(QMainWindow):
         self.actionAddress.triggered.connect(self._on_address)
         self.actionFindFeature.triggered.connect(self._on_find_feature)
         self.actionFullScreen.toggled.connect(self._on_full_screen_toggled)
-        self.profile.plotAppeared.connect(self._on_profile_plot_appeared)
         self.actionQuit.triggered.connect(self._on_quit)
 
     def _keep_bare_keys_to_image(self) -> None:
@@ -410,15 +422,6 @@ class MainWindow(QMainWindow):
         self.featuresDock.raise_()
         self.features.filterEdit.setFocus()
         self.features.filterEdit.selectAll()
-
-    def _on_profile_plot_appeared(self) -> None:
-        QTimer.singleShot(0, self._heighten_profile)  # once the larger height is allowed
-
-    def _heighten_profile(self) -> None:
-        """Give the line profile the usual height: without a line it was as low as its hint."""
-        if self.profileDock.height() < TOOLS_HEIGHT:
-            self.resizeDocks([self.profileDock], [TOOLS_HEIGHT], Qt.Orientation.Vertical)
-            QTimer.singleShot(0, self._panels.make_room_for_image)
 
     def _on_full_screen_toggled(self, full: bool) -> None:
         if full:

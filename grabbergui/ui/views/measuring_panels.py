@@ -11,7 +11,6 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
 from PyQt5.QtWidgets import (
-    QWIDGETSIZE_MAX,
     QCheckBox,
     QComboBox,
     QDockWidget,
@@ -210,8 +209,6 @@ class ProfilePanel(QWidget):
     lineRequested = pyqtSignal()
     rawToggled = pyqtSignal()
     """The sensor's own values are wanted, or the colours shown: see `rawBox`."""
-    plotAppeared = pyqtSignal()
-    """There are values to plot, which need more height than the hint."""
 
     lineLabel: ElidedLabel
     rawBox: QCheckBox
@@ -244,24 +241,14 @@ class ProfilePanel(QWidget):
         samples = len(next(iter(profile.values())))
         self.plot.setChannels(np.arange(samples), profile)
         self.plot.showAxes((True, False, False, True))
-        self._give_room(True)
 
     def clear(self) -> None:
         """Remove the values."""
         if (plot := self.plotPlace.made) is not None:
             plot.clearChannels()
-        self._give_room(False)
 
     def _furnish(self, plot: ChannelPlot) -> None:
         set_tooltip(plot, self.tr("The sensor's values over the pixels along the line"))
-
-    def _give_room(self, needed: bool) -> None:
-        """Be no higher than the hint until there is something to show."""
-        appears = needed and self.plotPlace.isHidden()
-        self.plotPlace.setVisible(needed)
-        self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())
-        if appears:
-            self.plotAppeared.emit()
 
 
 class MeasuringPanels(Protocol):

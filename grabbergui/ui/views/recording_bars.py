@@ -176,7 +176,6 @@ class RecordingBar(QWidget):
     def _arrange(self) -> None:
         narrow, recording = self.width() < NARROW, self.recordButton.isChecked()
         self.folderButton.setVisible(not narrow and not recording)
-        self.folderButton.setMaximumHeight(self.recordButton.sizeHint().height())
         room = self.width() - self.minimumSizeHint().width()
         fits = not narrow or room >= _WHOLE_CHOICE - _LEAST_CHOICE
         self.limitBox.setMinimumWidth(_WHOLE_CHOICE if fits else _LEAST_CHOICE)
@@ -188,7 +187,7 @@ class RecordingBar(QWidget):
     def _height(self) -> int:
         layout = self.layout()
         assert layout is not None
-        parts = (self.recordButton, self.kindBox)
+        parts = (self.recordButton, self.kindBox, self.folderButton)
         for part in parts:
             part.ensurePolished()  # a hidden one has the height of another style until then
         margins = layout.contentsMargins()

@@ -28,7 +28,7 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
     viewChanged = pyqtSignal(object, object)
     """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
     zoomChanged = pyqtSignal(float, bool)
-    """Screen pixels for one of the frame, and whether the image is kept fitted."""
+    """Screen pixels for one of the frame (0 without an image), and whether the image is kept fitted."""
     cursorMoved = pyqtSignal(int, int)
     """Column and line under the cursor."""
     cursorLeft = pyqtSignal()
@@ -168,6 +168,7 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
         self.marks.cover(0, 0)
         self.values.setTexts({})
         self._empty = True
+        self.zoomChanged.emit(0.0, self._fitted)
 
     def fit(self) -> None:
         """Show all of the frame, and keep showing all of it."""

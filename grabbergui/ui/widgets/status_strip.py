@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtCore import QSize
+from PyQt5.QtCore import QSize, Qt
 from PyQt5.QtGui import QResizeEvent
-from PyQt5.QtWidgets import (
-    QLabel,
-    QWidget,
-)
+from PyQt5.QtWidgets import QAction, QHBoxLayout, QLabel, QToolButton, QWidget
 
 from grabbergui.models.language import localized
 from grabbergui.models.messages import UserMessage
@@ -21,7 +18,7 @@ from grabbergui.ui.widgets.message_line import MessageLine
 
 LEAST_TITLE = 60
 "Pixels kept for the title before figures are hidden for it."
-TEXT_ROOM = 20
+TEXT_ROOM = 13
 "Pixels above and below the text, for the buttons of messages."
 MOST_MESSAGE = 640
 "Most pixels of a message for which figures are hidden; its button shows a longer one in full."
@@ -37,14 +34,22 @@ class StatusStrip(QWidget):
     rateLabel: QLabel
     bandwidthLabel: QLabel
     lossLabel: QLabel
+    clippingButton: QToolButton
+    zoomBox: QWidget
+    zoomLayout: QHBoxLayout
+    zoomLabel: QLabel
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("status_strip", self)
         self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
+        self._by_importance: tuple[QWidget, ...] = (
+            self.clippingButton, self.lossLabel, self.rateLabel, self.zoomBox, self.formatLabel,
+            self.bandwidthLabel)  # fmt: skip
         "The most important first."
         # The same with and without a message, so that nothing moves when one comes.
         self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
+        self.setClipping("")
         self.setMessages(())
 
     def minimumSizeHint(self) -> QSize:
@@ -95,6 +100,25 @@ class StatusStrip(QWidget):
         set_tooltip(self.lossLabel, detail)
         restyle(self.lossLabel, "tone", tone.value)
 
+    def setClipping(self, text: str) -> None:
+        """Show how much of the frame is saturated and black, or no more than the offer to mark it."""
+        self.clippingButton.setText(text or self.tr("Clipping"))
+        self._fit()
+
+    def setZoom(self, zoom: float, fitted: bool) -> None:
+        """Show the screen pixels for one of the frame; 0 is no image."""
+        text = f"{zoom:.0%}" + (self.tr(" · fitted") if fitted else "")
+        self._show(self.zoomLabel, text if zoom else "")
+
+    def addZoomActions(self, actions: Sequence[QAction]) -> None:
+        """Add a button for each of these actions beside the zoom."""
+        for action in actions:
+            button = QToolButton(self.zoomBox)
+            button.setDefaultAction(action)
+            button.setAutoRaise(True)
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            self.zoomLayout.addWidget(button)
+
     def clearFigures(self) -> None:
         """Show that nothing streams."""
         for label in self._figures:
@@ -115,6 +139,6 @@ class StatusStrip(QWidget):
         least = min(self.messages.fullWidth, MOST_MESSAGE) if self.messages.messages else LEAST_TITLE
         room = self.width() - margins.left() - margins.right() - least
         room -= self.stateLabel.sizeHint().width() + gap
-        for label in self._figures:
-            room -= label.sizeHint().width() + gap
-            label.setVisible(room >= 0)
+        for part in self._by_importance:
+            room -= part.sizeHint().width() + gap
+            part.setVisible(room >= 0)
