@@ -215,7 +215,7 @@ def _of_pulses(evidence: TriggerEvidence, pulses: list[int]) -> TriggerFinding |
             f"{len(bounces)} edges follow another within {longest:.0f} µs: a contact bounces; use a debouncer"
             " (LineDebouncerTime) or a clean signal",
         )
-    if close:
+    if close and on_line:  # our own triggers are what they are
         return TriggerFinding(
             TriggerCause.DOUBLE,
             f"{len(close)} pulses are double, {statistics.median(close) / 1e6:.1f} ms apart; are there two"
@@ -225,10 +225,10 @@ def _of_pulses(evidence: TriggerEvidence, pulses: list[int]) -> TriggerFinding |
         return found
     if (found := _burst(evidence, pulses)) is not None:
         return found
+    if not on_line:
+        return None
     gaps = [b - a for a, b in pairwise(pulses) if b - a > GAP * usual]
-    expected = evidence.sent if on_line and evidence.sent else ()
-    missing = sum(round(gap / usual) - 1 for gap in gaps) if on_line or evidence.rate else 0
-    missing = max(missing, len(expected) - len(pulses) - 1)
+    missing = max(sum(round(gap / usual) - 1 for gap in gaps), len(evidence.sent) - len(pulses) - 1)
     if missing > 0:
         return TriggerFinding(
             TriggerCause.PULSES_MISSING,

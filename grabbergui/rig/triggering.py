@@ -23,6 +23,8 @@ from grabbergui.rig.settings_undo import UndoableSettings
 
 log = logging.getLogger(__name__)
 
+MOST_AHEAD = 0.8
+"Part of the period of the triggers by which an action is scheduled ahead at most."
 FRAME_START = (("TriggerSelector", "FrameStart"),)
 "The selector's entry for the trigger of each frame."
 
@@ -110,8 +112,9 @@ class RigTrigger:
                 self.send()
             except GrabberError as error:
                 log.info("trigger %d: %s", self.sent, error)
-            due = max(due + period, time.monotonic() - period)
-            self._stopping.wait(max(0.0, due - time.monotonic()))
+            # A trigger that is late is not made up for: two in a row would be too fast.
+            due = max(due + period, time.monotonic())
+            self._stopping.wait(due - time.monotonic())
 
     def _send_action(self) -> None:
         from grabbergui.driver.gige.address_commands import send_action
@@ -119,7 +122,9 @@ class RigTrigger:
 
         entry = self.entry
         estimate = network_clock(self._clocks.values())
-        moment = time.monotonic_ns() + (round(entry.ahead * 1e9) if estimate is not None else 0)
+        # Many cameras keep one scheduled action only.
+        ahead = min(entry.ahead, MOST_AHEAD / entry.rate) if entry.rate else entry.ahead
+        moment = time.monotonic_ns() + (round(ahead * 1e9) if estimate is not None else 0)
         at = estimate.device_time(moment) if estimate is not None else None
         self._expected(moment)
         present = {name: each.info.address for name, each in self._grabbers.items() if not each.lost}

@@ -124,8 +124,8 @@ def double(seed):
     bench = Bench(seed)
     period = slow(bench)
     pulses = bench.pulses(period)
-    for _ in range(bench.random.randint(1, 4)):
-        pulses.append(bench.random.choice(pulses[:PULSES]) + round(bench.random.uniform(0.12, 0.3) * period))
+    for pulse in bench.random.sample(pulses, bench.random.randint(1, 4)):
+        pulses.append(pulse + round(bench.random.uniform(0.12, 0.3) * period))
     bench.run(bench.levels(sorted(set(pulses)), MS // 2))
     return bench.result()
 
