@@ -24,7 +24,7 @@ IN_SHARED_MEMORY = """
 import os, sys  # noqa: E402
 from grabbergui.core.errors import TransportError  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
-from grabbergui.servo.robots.tiago_ros2 import TiagoChannel  # noqa: E402
+from grabbergui.servo.robots.tiago_channel import TiagoChannel  # noqa: E402
 
 channel = TiagoChannel("/joint_states", head="/head", arm="/arm")
 if sys.argv[1] == "guardian":

@@ -30,6 +30,7 @@ FAR = 1e12
 LATE_S = 1.0
 MASTER_TWIST = np.array([0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
 "The second master's twist, m/s along the base's axes."
+X_AXIS = np.array([1.0, 0.0, 0.0])
 STRANGER_PERIOD = 0.005
 "Seconds between two messages of a stranger."
 
@@ -37,10 +38,20 @@ STRANGER_PERIOD = 0.005
 class Faults:
     """The faults of one simulation. Its owner serialises calls; times never decrease."""
 
-    def __init__(self, faults: Sequence[Fault] = (), *, reports_hand: bool = True, seed: int = 1) -> None:
-        """Without `reports_hand` the robot reports only joints; faults of the hand's reading are theirs."""
+    def __init__(
+        self,
+        faults: Sequence[Fault] = (),
+        *,
+        reports_hand: bool = True,
+        direction: Vector = X_AXIS,
+        seed: int = 1,
+    ) -> None:
+        """Without `reports_hand` the robot reports only joints; faults of the hand's reading are theirs.
+
+        `direction` is the unit vector along which the hand's reading is off.
+        """
         self._after = {fault.name: fault.after for fault in faults}
-        self._reports_hand = reports_hand
+        self._reports_hand, self._direction = reports_hand, direction
         self.random = np.random.default_rng(seed)
         "Of noise and of what overtakes what."
         self._moved: float | None = None
@@ -116,7 +127,7 @@ class Faults:
     def _displaced(self, true: RobotState, chain: Chain, metres: float) -> RobotState:
         if self._reports_hand or true.arm is None:
             hand = true.hand.copy()
-            hand[0, 3] += metres
+            hand[:3, 3] += metres * self._direction
             return replace(true, hand=hand)
         # The joint that moves the hand most, by as much.
         reach = np.linalg.norm(chain.jacobian(true.arm)[:3], axis=0)
