@@ -104,7 +104,8 @@ import threading
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import CommandGate
-from grabbergui.servo.hand_eye.stand import HandEyeStand, SimulatedCameras
+from grabbergui.servo.hand_eye.simulated_cameras import SimulatedCameras
+from grabbergui.servo.hand_eye.stand import HandEyeStand
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.ui import windows
