@@ -29,7 +29,6 @@ import signal
 import sys
 import threading
 import time
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -38,6 +37,8 @@ from typing import Any
 from grabbergui.core.json_text import to_json
 from grabbergui.core.scheduling import lock_memory, run_first
 from grabbergui.servo.monitor import Monitor, Observation
+from grabbergui.servo.stop_channel import Channel, ChannelThread
+from grabbergui.servo.stop_scheduler import REPEATS, StopScheduler
 
 KINDS = {
     "yarp stream": "grabbergui.servo.guardian_yarp:FastTcpChannel",
@@ -46,35 +47,8 @@ KINDS = {
 }
 """Classes of channels, imported on demand."""
 
-REPEATS = (0.0, 0.05, 0.2, 0.5, 1.0)
-"""Seconds after an alarm at which the stop is sent: a command may still be on its way at the first."""
-CHECK_S, RETRY_S = 1.0, 0.1
-"""Seconds between two checks of a channel that works, and of one that does not."""
-FAREWELL_S = 1.0
+CLOSING_S = 1.0
 """Seconds to wait for answers after the last repeat."""
-
-
-class Channel(ABC):
-    """One way to stop a robot. Used by one thread."""
-
-    name = ""
-    "Its port or topic, for messages."
-
-    @abstractmethod
-    def prepare(self) -> None:
-        """Connect unless connected, and check that a stop would arrive. Raises GrabberError."""
-
-    @abstractmethod
-    def stop(self) -> None:
-        """Send the stop, and wait for the answer if the protocol has one. Raises GrabberError."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Disconnect for good. Never raises."""
-
-    def reset(self) -> None:
-        """Drop a connection that failed, so that the next call connects again. Never raises."""
-        self.close()
 
 
 @dataclass(frozen=True)
@@ -95,142 +69,33 @@ class GuardianReport:
     "Whether a stop is in progress or will be repeated; it would end a motion that begins now."
 
 
-class Vigil:
-    """Decides when to stop. No I/O: time is an argument, in seconds on any clock."""
-
-    def __init__(self, silence: float) -> None:
-        """`silence` is how long heartbeats may stay away while the robot moves, seconds."""
-        self.stops = 0
-        "Alarms so far."
-        self.why = ""
-        "Reason of the last."
-        self.fault = False
-        "Whether the last was a fault of the robot's."
-        self.asked_for = 0
-        "Number of the last stop that the program requested."
-        self._silence = silence
-        self._limit = math.inf
-        self._repeats: list[float] = []
-
-    @property
-    def stopping(self) -> bool:
-        """Whether a stop is still to be sent."""
-        return bool(self._repeats)
-
-    @property
-    def due(self) -> float:
-        """When `stop_due` must be called at the latest."""
-        return min([self._limit, *self._repeats[:1]])
-
-    def beat(self, now: float, moving: bool, stops: int) -> None:
-        """Handle a heartbeat; ignore it if the program does not know of the last stop yet."""
-        if stops == self.stops:
-            self._limit = now + self._silence if moving else math.inf
-
-    def alarm(self, now: float, why: str, *, fault: bool = False) -> None:
-        """Stop now, and repeat it a few times."""
-        self.stops += 1
-        self.why, self.fault, self._limit = why, fault, math.inf
-        self._repeats = [now + seconds for seconds in REPEATS]
-
-    def asked(self, now: float, number: int) -> None:
-        """Stop because the program requested it."""
-        self.asked_for, self._limit = number, math.inf
-        self._repeats = [now, *self._repeats]
-
-    def stop_due(self, now: float) -> bool:
-        """Return whether the stop must be sent now."""
-        if now >= self._limit:
-            self.alarm(now, f"the servo program was silent for {1e3 * self._silence:.0f} ms")
-        pending = [moment for moment in self._repeats if moment > now]
-        due, self._repeats = len(pending) < len(self._repeats), pending
-        return due
-
-
-class Keeper:
-    """Keeps one channel connected and sends the stop there, on a thread of its own. `stop` never waits.
-
-    A stop that fails is tried again until it gets through; `close` gives it one more try.
-    """
-
-    def __init__(self, channel: Channel) -> None:
-        self.problem = f"{channel.name} is not connected yet"
-        "Why a stop would not arrive; empty when it would."
-        self._channel = channel
-        self._asked = self._done = 0
-        self._closing = False
-        self._wake = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=channel.name, daemon=True)
-        self._thread.start()
-
-    @property
-    def stopping(self) -> bool:
-        """Whether a stop has not been delivered yet."""
-        return self._done < self._asked
-
-    def stop(self) -> None:
-        """Send the stop as soon as possible."""
-        self._asked += 1
-        self._wake.set()
-
-    def close(self) -> None:
-        """Begin to disconnect; does not wait."""
-        self._closing = True
-        self._wake.set()
-
-    def join(self, deadline: float) -> None:
-        """Wait until it is disconnected, or until a moment on the monotonic clock."""
-        self._thread.join(max(0.0, deadline - time.monotonic()))
-
-    def _run(self) -> None:
-        closing = False
-        while not closing:
-            self._wake.clear()
-            closing = self._closing  # before `asked`: a stop that was asked for before `close` is still sent
-            asked = self._asked
-            try:
-                if asked > self._done:
-                    self._channel.stop()
-                    self._done = asked
-                elif not closing:
-                    self._channel.prepare()
-                self.problem = ""
-            except Exception as error:  # whatever a network's library raises, the stop must be tried again
-                name, text = self._channel.name, str(error)
-                self.problem = text if text.startswith(name) else f"{name}: {text}"
-                self._channel.reset()
-            if not closing:
-                self._wake.wait(RETRY_S if self.problem else CHECK_S)
-        self._channel.close()
-
-
 class Guardian:
     """Listens to the servo program and stops the robot."""
 
-    def __init__(self, keepers: list[Keeper], silence: float, lag: float, reports: int) -> None:
-        """`reports` is the descriptor that reports are written to; for the others see `Vigil`, `Monitor`."""
-        self._keepers = keepers
+    def __init__(self, threads: list[ChannelThread], silence: float, lag: float, reports: int) -> None:
+        """Reports are written to the descriptor `reports`; for the others see `StopScheduler`, `Monitor`."""
+        self._threads = threads
         self._monitor, self._faulty = Monitor(lag), False
         self._reports = reports
-        self._vigil = Vigil(silence)
+        self._scheduler = StopScheduler(silence)
         self._ready = False
 
     def run(self, lines: Lines) -> None:
         """Serve until the program quits or ends. If it ends without quitting, stop the robot first."""
         try:
-            while not self._obey(lines.read(self._vigil.due)):
+            while not self._obey(lines.read(self._scheduler.due)):
                 self._act()
         except BaseException as error:
-            self._vigil.alarm(time.monotonic(), str(error))
+            self._scheduler.alarm(time.monotonic(), str(error))
             self._finish()
             if not isinstance(error, (EOFError, SystemExit)):
                 raise
         finally:
-            for keeper in self._keepers:
-                keeper.close()
-            deadline = time.monotonic() + FAREWELL_S
-            for keeper in self._keepers:
-                keeper.join(deadline)
+            for thread in self._threads:
+                thread.close()
+            deadline = time.monotonic() + CLOSING_S
+            for thread in self._threads:
+                thread.join(deadline)
 
     def _obey(self, messages: list[dict[str, Any]]) -> bool:
         """Handle messages of the program; return whether it quits."""
@@ -239,7 +104,7 @@ class Guardian:
             if "quit" in message:
                 return True
             if "stop" in message:
-                self._vigil.asked(now, message["stop"])
+                self._scheduler.request(now, message["stop"])
             elif "forget" in message:
                 self._monitor.forget()
                 self._faulty = False
@@ -247,46 +112,48 @@ class Guardian:
                 problem = self._monitor.look(Observation.read(message["seen"]))
                 if problem and not self._faulty:  # one alarm until a person resumes
                     self._faulty = True
-                    self._vigil.alarm(now, problem, fault=True)
+                    self._scheduler.alarm(now, problem, fault=True)
             else:
-                self._vigil.beat(now, message["moving"], message["stops"])
+                self._scheduler.beat(now, message["moving"], message["stops"])
             self._act()
             self._report()
         return False
 
     def _act(self) -> None:
         """Send the stop if it is due; report a new alarm."""
-        before = self._vigil.stops
-        if self._vigil.stop_due(time.monotonic()):
-            for keeper in self._keepers:
-                keeper.stop()
-        if self._vigil.stops != before:
+        before = self._scheduler.stops
+        if self._scheduler.stop_due(time.monotonic()):
+            for thread in self._threads:
+                thread.stop()
+        if self._scheduler.stops != before:
             self._report()
-            _say(self._vigil.why)
+            _print_error(self._scheduler.why)
 
     def _report(self) -> None:
-        vigil, keepers = self._vigil, self._keepers
-        problem = next((keeper.problem for keeper in keepers if keeper.problem), "")
-        stopping = vigil.stopping or any(keeper.stopping for keeper in keepers)
+        scheduler, threads = self._scheduler, self._threads
+        problem = next((thread.problem for thread in threads if thread.problem), "")
+        stopping = scheduler.stopping or any(thread.stopping for thread in threads)
         if not problem and not self._ready:
             # Slow imports and discovery are done, and the robot does not move yet.
             self._ready = True
             if refused := "; ".join(filter(None, (run_first(), lock_memory()))):
-                _say(f"a stop may come late on a busy machine: {refused}")
-        report = GuardianReport(vigil.stops, vigil.why, problem, vigil.asked_for, vigil.fault, stopping)
+                _print_error(f"a stop may come late on a busy machine: {refused}")
+        report = GuardianReport(
+            scheduler.stops, scheduler.why, problem, scheduler.requested, scheduler.fault, stopping
+        )
         with suppress(OSError):  # the program has ended: the next read reports it
             os.write(self._reports, to_json(asdict(report)).encode() + b"\n")
 
     def _finish(self) -> None:
         """Send the stop and its repeats, then wait for the answers for a limited time."""
-        end = time.monotonic() + REPEATS[-1] + FAREWELL_S
+        end = time.monotonic() + REPEATS[-1] + CLOSING_S
         while (now := time.monotonic()) < end:
             self._act()
-            if not self._vigil.stopping and not any(keeper.stopping for keeper in self._keepers):
+            if not self._scheduler.stopping and not any(thread.stopping for thread in self._threads):
                 break
-            time.sleep(max(0.0, min(self._vigil.due - now, 0.01)))
-        problems = [keeper.problem for keeper in self._keepers if keeper.problem]
-        _say(f"{self._vigil.why}: " + ("; ".join(problems) or "the robot was stopped"), FAREWELL_S)
+            time.sleep(max(0.0, min(self._scheduler.due - now, 0.01)))
+        problems = [thread.problem for thread in self._threads if thread.problem]
+        _print_error(f"{self._scheduler.why}: " + ("; ".join(problems) or "the robot was stopped"), CLOSING_S)
 
 
 class Lines:
@@ -347,15 +214,15 @@ def main() -> None:
         start = lines.first()
     except EOFError:
         return
-    keepers = [Keeper(channel(each)) for each in start["channels"]]
-    Guardian(keepers, start["silence"], start["lag"], reports).run(lines)
+    threads = [ChannelThread(channel(each)) for each in start["channels"]]
+    Guardian(threads, start["silence"], start["lag"], reports).run(lines)
 
 
 def _on_terminate(*_: object) -> None:
     raise SystemExit("the guardian was terminated")
 
 
-def _say(text: str, timeout: float = 0.02) -> None:
+def _print_error(text: str, timeout: float = 0.02) -> None:
     """Print a message; wait no longer than `timeout` seconds for a terminal that takes none (Ctrl-S)."""
 
     def say() -> None:

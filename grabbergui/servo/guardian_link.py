@@ -23,11 +23,11 @@ log = logging.getLogger(__name__)
 
 READY_TIMEOUT = 20.0
 "Seconds to find and connect every channel: discovery in a busy ROS network is slow."
-LATE_S, DEAF_S = 0.1, 0.5
+LATE_S, HUNG_AFTER_S = 0.1, 0.5
 "Seconds without an answer after which the robot waits for the guardian, and after which it counts as hung."
-HICCUP_S = 1.0
+LONG_SILENCE_S = 1.0
 "Seconds of this program's silence after which only a person may resume a robot that the guardian stopped."
-END_S, HUNG_S = 5.0, 0.1
+END_S, HUNG_END_S = 5.0, 0.1
 "Seconds that the process may take to end, and that a hung one may."
 _PERIOD = 0.02
 
@@ -197,16 +197,16 @@ class GuardianLink(Guard):
 
     def _judged(self, now: float, gap: float) -> Verdict:
         report = self._report
-        if gap > DEAF_S:
+        if gap > HUNG_AFTER_S:
             self._answered = max(self._answered, now)  # this program was silent, not the guardian
-        if not self._failure and now - self._answered > DEAF_S:
+        if not self._failure and now - self._answered > HUNG_AFTER_S:
             self._failure, self._hung = f"the guardian does not answer (process {self.pid})", True
         if self._failure:
             return Verdict(self._failure, for_good=True)
         if report.stops != self._stops:
             self._stops = report.stops
             why = f"the guardian stopped the robot: {report.why}"
-            for_good = report.fault or gap >= HICCUP_S
+            for_good = report.fault or gap >= LONG_SILENCE_S
             if not for_good:
                 log.warning("%s; motion continues (was this computer busy?)", why)
             return Verdict(report.why if report.fault else why, for_good)
@@ -259,7 +259,7 @@ class GuardianLink(Guard):
             if pipe is not None:
                 pipe.close()
         try:
-            process.wait(HUNG_S if self._hung else END_S)
+            process.wait(HUNG_END_S if self._hung else END_S)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()

@@ -19,7 +19,7 @@ from grabbergui.net.yarp.os.link import greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from grabbergui.servo.guardian import Channel
+from grabbergui.servo.stop_channel import Channel
 
 SENDER = "grabbergui/guardian"
 TIMEOUT = 1.0

@@ -14,52 +14,53 @@ import pytest
 
 from benchmarks.servo.servo_guardian import running
 from grabbergui.core.errors import SourceUnavailableError, TransportError
-from grabbergui.servo.guardian import REPEATS, Channel, Keeper, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, GuardianLink, Verdict
 from grabbergui.servo.monitor import Observation, SpeedLimits
+from grabbergui.servo.stop_channel import Channel, ChannelThread
+from grabbergui.servo.stop_scheduler import REPEATS, StopScheduler
 from patience import PATIENCE, PROGRAM, until
 
 SILENCE = 0.08
 
 
 def test_a_moving_robot_s_program_that_falls_silent_makes_an_alarm():
-    vigil = Vigil(SILENCE)
-    vigil.beat(1.0, moving=True, stops=0)
-    assert vigil.due == pytest.approx(1.08)
-    assert not vigil.stop_due(1.07)
-    assert vigil.stop_due(1.08)
-    assert vigil.stops == 1
-    assert "silent for 80 ms" in vigil.why
+    scheduler = StopScheduler(SILENCE)
+    scheduler.beat(1.0, moving=True, stops=0)
+    assert scheduler.due == pytest.approx(1.08)
+    assert not scheduler.stop_due(1.07)
+    assert scheduler.stop_due(1.08)
+    assert scheduler.stops == 1
+    assert "silent for 80 ms" in scheduler.why
 
 
 def test_a_resting_robot_s_program_may_be_silent():
-    vigil = Vigil(SILENCE)
-    vigil.beat(1.0, moving=True, stops=0)
-    vigil.beat(1.02, moving=False, stops=0)
-    assert math.isinf(vigil.due)
-    assert not vigil.stop_due(100.0)
+    scheduler = StopScheduler(SILENCE)
+    scheduler.beat(1.0, moving=True, stops=0)
+    scheduler.beat(1.02, moving=False, stops=0)
+    assert math.isinf(scheduler.due)
+    assert not scheduler.stop_due(100.0)
 
 
 def test_an_alarm_is_repeated_for_what_was_still_on_its_way():
-    vigil = Vigil(SILENCE)
-    vigil.alarm(1.0, "the program ended")
+    scheduler = StopScheduler(SILENCE)
+    scheduler.alarm(1.0, "the program ended")
     sent = []
-    while vigil.stopping:
-        now = vigil.due
-        assert vigil.stop_due(now)
+    while scheduler.stopping:
+        now = scheduler.due
+        assert scheduler.stop_due(now)
         sent.append(now - 1.0)
     assert sent == pytest.approx(REPEATS)
 
 
 def test_a_program_that_does_not_know_of_the_alarm_cannot_go_on_as_if_nothing_had_happened():
-    vigil = Vigil(SILENCE)
-    vigil.alarm(1.0, "silence")
-    vigil.beat(3.0, moving=True, stops=0)
-    while vigil.stopping:
-        vigil.stop_due(vigil.due)
-    assert math.isinf(vigil.due)
-    vigil.beat(3.1, moving=True, stops=1)
-    assert vigil.due == pytest.approx(3.18)
+    scheduler = StopScheduler(SILENCE)
+    scheduler.alarm(1.0, "silence")
+    scheduler.beat(3.0, moving=True, stops=0)
+    while scheduler.stopping:
+        scheduler.stop_due(scheduler.due)
+    assert math.isinf(scheduler.due)
+    scheduler.beat(3.1, moving=True, stops=1)
+    assert scheduler.due == pytest.approx(3.18)
 
 
 class Recorded(Channel):
@@ -87,25 +88,25 @@ class Recorded(Channel):
 
 def test_a_stop_that_fails_is_tried_again_until_it_gets_through():
     channel = Recorded(failures=2)
-    keeper = Keeper(channel)
-    keeper.stop()
+    thread = ChannelThread(channel)
+    thread.stop()
     until(lambda: channel.calls.count("stop") == 2)
-    assert keeper.stopping
-    until(lambda: not keeper.stopping)
+    assert thread.stopping
+    until(lambda: not thread.stopping)
     assert channel.calls.count("stop") == 3
-    keeper.close()
-    keeper.join(time.monotonic() + PATIENCE)
+    thread.close()
+    thread.join(time.monotonic() + PATIENCE)
     assert channel.calls[-1] == "close"
 
 
 @pytest.mark.parametrize("failures", [0, 9])
 def test_a_stop_is_sent_though_the_channel_is_closed_right_after_it(failures):
     channel = Recorded(failures)
-    keeper = Keeper(channel)
+    thread = ChannelThread(channel)
     until(lambda: channel.calls == ["prepare"])
-    keeper.stop()
-    keeper.close()
-    keeper.join(time.monotonic() + PATIENCE)
+    thread.stop()
+    thread.close()
+    thread.join(time.monotonic() + PATIENCE)
     assert channel.calls[:2] == ["prepare", "stop"]
     assert channel.calls[-1] == "close"
 

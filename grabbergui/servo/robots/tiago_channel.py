@@ -14,7 +14,6 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.ros2.requirements import require_packages
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.guardian import Channel
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.joint_readings import JointReadings
@@ -24,6 +23,7 @@ from grabbergui.servo.robots.tiago_messages import CommandKind, Drive
 from grabbergui.servo.robots.tiago_nodes import GUARDIAN
 from grabbergui.servo.robots.tiago_parts import DrivenPart
 from grabbergui.servo.robots.tiago_ros2 import GUARDIAN_FRESH_S, JOINTS
+from grabbergui.servo.stop_channel import Channel
 
 
 class TiagoChannel(Channel):
@@ -56,9 +56,9 @@ class TiagoChannel(Channel):
     def prepare(self) -> None:
         if self._ros is None:
             self._join()
-        deaf = [part.drive.topic for part in self._parts.values() if not part.heard]
-        if deaf:
-            raise TransportError(f"no controller subscribes to {' and '.join(deaf)}")
+        silent = [part.drive.topic for part in self._parts.values() if not part.heard]
+        if silent:
+            raise TransportError(f"no controller subscribes to {' and '.join(silent)}")
         for name, drive in self._drives.items():
             if drive.kind is not CommandKind.TWIST and self._readings.angles(JOINTS[name]) is None:
                 raise TransportError(f"{self._joint_states} has not reported where the {name} is")
