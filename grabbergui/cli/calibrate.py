@@ -159,8 +159,8 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
             f"different views wanted: {collector.wanted}, within {options.seconds:g} s",
             flush=True,
         )
-        said = time.monotonic()
-        deadline = said + options.seconds
+        last_report = time.monotonic()
+        deadline = last_report + options.seconds
         seen = False
         try:
             while not collector.complete and time.monotonic() < deadline:
@@ -171,15 +171,15 @@ def _collect(collector: Collector, options: argparse.Namespace) -> DeviceInfo:
                 seen |= verdict is not ViewVerdict.NOT_SEEN
                 if verdict is ViewVerdict.KEPT:
                     hint = collector.coverage.missing()
-                    said = now
+                    last_report = now
                     print_line(
                         f"view {len(collector.views)} of {collector.wanted}, "
                         f"coverage {100 * collector.coverage.part:.0f} %"
                         f"{f'; next, hold it {hint}' if hint else ''}",
                         flush=True,
                     )
-                elif now - said > REMIND:
-                    said = now
+                elif now - last_report > REMIND:
+                    last_report = now
                     print_line(f"{waiting[verdict]}; {max(0, deadline - now):.0f} s are left", flush=True)
         except FrameTimeoutError:
             if time.monotonic() < deadline:

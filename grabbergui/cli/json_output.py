@@ -1,4 +1,4 @@
-"""What each command prints with `--json`. The reference documents it, a test compares it with the output."""
+"""The JSON that each command prints with `--json`. The reference documents it, a test checks it."""
 
 from __future__ import annotations
 

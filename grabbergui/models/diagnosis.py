@@ -197,7 +197,7 @@ class CameraFacts:
 
 @dataclass(frozen=True)
 class StreamObservation:
-    """What the window observes of a streaming source."""
+    """Observations of a streaming source in the window."""
 
     source: str
     "Its display name."
@@ -218,7 +218,7 @@ class StreamObservation:
     "Mean of the 8-bit pixels of the last painted frame."
     facts: CameraFacts = CameraFacts()
     silence: str = ""
-    "What a remote source reports while no images arrive."
+    "Report of a remote source while no images arrive."
 
 
 @dataclass(frozen=True)

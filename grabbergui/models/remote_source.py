@@ -9,7 +9,7 @@ from grabbergui.models.open_source import OpenSource
 from grabbergui.sources import SourceKind
 
 LEAST_AGE = 0.1
-"Seconds below which an age is not told apart: the screen shows images for as long."
+"Seconds; shorter ages are not distinguished, as the screen shows each image for as long."
 _REMOTE = (SourceKind.YARP.value, SourceKind.ROS2.value)
 
 
@@ -19,7 +19,7 @@ class RemoteSource:
 
     network: str
     name: str
-    "Of the port or topic."
+    "Name of the port or topic."
     host: str
     "The computer or node that sends; empty if the network does not report it."
 

@@ -81,7 +81,7 @@ class ShareState(Enum):
 
 
 class Remedy(Enum):
-    """What the window can do about a failed start."""
+    """A remedy for a failed start that the window offers."""
 
     NAME_SERVER = "name server"
     "Run one here."
@@ -91,7 +91,7 @@ class Remedy(Enum):
 
 @dataclass(frozen=True)
 class ReaderRate:
-    """A reader, and what it takes now."""
+    """A reader and its present rates."""
 
     reader: Reader
     images: float = 0.0
@@ -106,7 +106,7 @@ class ReaderRate:
 
     @property
     def rate_text(self) -> str:
-        """What it takes as display text; empty if it takes no images."""
+        """The rates as display text; empty if it takes no images."""
         if not self.takes_images:
             return ""
         text = translate("Sharing", "{0:.1f} images/s · {1:.1f} MB/s")
@@ -121,7 +121,7 @@ class ShareStatus:
     options: ShareOptions
     state: ShareState = ShareState.STARTING
     places: tuple[str, ...] = ()
-    "Where it is reached, as display text."
+    "Addresses at which it is reached, as display text."
     readers: tuple[ReaderRate, ...] = ()
     problem: str = ""
     "Why it could not be started, as display text."

@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # imported when the first camera is shared
 END_SECONDS = 6.0
 "Longest wait for a server to stop before its camera is closed."
 NAME_SERVER = "127.0.0.1:10000"
-"Where a name server of this window listens unless another address is given: for this computer."
+"Default address of a name server of this window: reached from this computer only."
 MOST_PORT = 0xFFFF
 
 
@@ -118,7 +118,7 @@ class Served:
     """A server that the program started before its window."""
 
     uri: str
-    "Of the source that it serves."
+    "URI of the source that it serves."
     network: Network
     options: ShareOptions
     server: Server

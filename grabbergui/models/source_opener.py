@@ -1,4 +1,4 @@
-"""Opens sources: in place of the current one, beside it, or to control it."""
+"""Opens sources: in place of the current one, in addition to it, or to control it."""
 
 from __future__ import annotations
 

@@ -50,9 +50,9 @@ class TuningCancelledError(TuningError):
 
 
 class TuningRun:
-    """What a tuning uses, on its own thread. Once cancelled, all calls but two raise TuningCancelledError.
+    """The camera's settings and frames for one tuning, on its own thread.
 
-    `restore` and `close` still work then.
+    Once cancelled, all calls but `restore` and `close` raise TuningCancelledError.
     """
 
     def __init__(

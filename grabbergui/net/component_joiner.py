@@ -64,7 +64,7 @@ class _Waiting:
 class ComponentJoiner:
     """Adds to each image the components with the same `timestamp_ns`. No I/O, no clock; one thread at a time.
 
-    A component without a stamp (0) is dropped: nothing tells which image it belongs to.
+    A component without a stamp (0) is dropped, as its image is unknown.
 
     An image waits at most `WAIT` seconds, and only for components that were in time for earlier images. It
     gives a component up when a later image of that component arrives: its own was lost. Images are returned

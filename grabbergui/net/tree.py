@@ -61,7 +61,7 @@ class TreeFeatures:
         self.changed_meanwhile: tuple[str, ...] = ()
         "After its return: other settings that changed meanwhile; as of the last `look`."
         self.missed = False
-        "Whether the last `changes` could not tell what changed: the server restarted, or has forgotten it."
+        "Whether the last `changes` is incomplete: the server restarted, or no longer knows what changed."
         self._revision = 0
         self._version: int | None = None
         "Version of the server's verbs; requested at its first use."

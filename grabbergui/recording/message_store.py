@@ -1,4 +1,4 @@
-"""The messages of a recorded file, whatever its format: what `mcap_file` and `db3_file` have in common."""
+"""The messages of a recorded file of any format: the common interface of `mcap_file` and `db3_file`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report tells about this computer: versions, network interfaces, answers to discovery, `doctor`."""
+"""The report's part about this computer: versions, network interfaces, answers to discovery, `doctor`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is inside a report, for its reader and for the user who is about to write it."""
+"""The contents of a report, for its reader and for the user who is about to write it."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What the program adds to its environment and to the user's desktop, and takes away again."""
+"""Adds parts to the program's environment and to the user's desktop, and removes them again."""

@@ -78,7 +78,7 @@ WATCH_PERIOD = 0.1
 RETRY_PERIOD = 1.0
 "Seconds between two reads of a camera that does not answer."
 MOST_WATCHED = 12
-"Most features watched at once: more curves cannot be told apart, and each costs the camera a read."
+"Most features watched at once: more curves cannot be distinguished, and each costs the camera a read."
 
 PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
 "Kinds of features whose values can be plotted."

@@ -72,7 +72,7 @@ def save(features: FeatureSet, path: Path) -> None:
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
     """Read a set in either format, recognised by its content.
 
-    The persistence format does not tell which selectors a feature has: `selectors_of` returns them, best from
+    The persistence format does not contain the selectors of a feature: `selectors_of` returns them, best from
     the camera itself. Without it, a feature that occurs repeatedly is assumed to be selected by the selectors
     that changed in between. An invalid line is skipped and named in `lost_lines`. Raises SettingsFileError,
     MissingFileError, and UsageError for anything but a settings file.
@@ -170,7 +170,7 @@ def _from_persistence(
 
 
 _MOST_SELECTORS = 64
-"Most selectors that are told apart without the camera's help, as each feature is compared with all of them."
+"Most selectors that are distinguished without the camera, as each feature is compared with all of them."
 
 
 def _guessed_selectors(lines: Iterable[tuple[str, str]]) -> SelectorsOf:

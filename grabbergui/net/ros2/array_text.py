@@ -12,17 +12,17 @@ from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.json_text import to_json
 
 BYTE_ARRAY, BOOL_ARRAY, INTEGER_ARRAY, DOUBLE_ARRAY, STRING_ARRAY = ARRAYS = range(5, 10)
-"""Of `rcl_interfaces/msg/ParameterType`."""
+"""Kinds of arrays, numbered as in `rcl_interfaces/msg/ParameterType`."""
 _MOST_CHARACTERS = 1 << 20
 
 
 @dataclass(frozen=True)
 class _Array:
     field: str
-    "Of the message."
+    "The field of the message that has the array."
     example: str
     accepts: Callable[[Any], bool]
-    "Whether something may be an element."
+    "Whether a value may be an element."
     to_element: Callable[[Any], Any] = lambda value: value
     "The value as rclpy takes it."
     from_element: Callable[[Any], Any] = lambda value: value

@@ -62,7 +62,7 @@ SILENCE = 5.0
 """Seconds without an answer to a poll, nor an image, after which a server of ours counts as lost: longer than
 a command takes in a camera. A killed program stays visible on the network for 20 s."""
 OVERDUE = 0.7
-"""The same of a server whose images came regularly until then."""
+"""The same for a server whose images arrived regularly before."""
 
 
 class Ros2Grabber(RemoteGrabber[ImageStream]):

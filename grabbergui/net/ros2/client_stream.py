@@ -186,7 +186,7 @@ class ImageStream:
         self._senders = _Senders()
         self._last = (-math.inf, -math.inf)
         "Times (`time.monotonic`) of the last two images."
-        self._said: dict[str, float] = {}
+        self._reported: dict[str, float] = {}
         "Time (`time.monotonic`) of the last report, by its text or kind."
         self._info_key: object = None
         self._calibration: Calibration | None = None
@@ -330,8 +330,9 @@ class ImageStream:
     def _remark(self, text: str, kind: str = "") -> None:
         """Report a text, unless it or another of its kind was reported recently."""
         now, key = time.monotonic(), kind or text
-        if now - self._said.get(key, -REMIND) < REMIND:
+        if now - self._reported.get(key, -REMIND) < REMIND:
             return
-        self._said = {said: when for said, when in self._said.items() if now - when < REMIND} | {key: now}
+        recent = {each: when for each, when in self._reported.items() if now - when < REMIND}
+        self._reported = {**recent, key: now}
         log.warning("%s: %s", self._topic, text)
         self._say(f"{self._topic}: {text}")

@@ -21,16 +21,16 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.core.ros_image import RosCompressedImage
-from grabbergui.net.ros2.image_messages import frame_of_picture, pixels_of
+from grabbergui.net.ros2.image_messages import frame_of_image, pixels_of
 
 COMPRESSED, COMPRESSED_DEPTH = "compressed", "compressedDepth"
 """Last parts of the topics, below that of the plain images."""
 JPEG, PNG = "jpeg", "png"
 FORMATS = (JPEG, PNG)
 QUALITY = 90
-"""Of JPEG by default, 1 to 100."""
+"""Quality of JPEG by default, 1 to 100."""
 PNG_LEVEL = 3
-"""Of PNG's compression by default, 1 (fast) to 9 (small)."""
+"""Compression of PNG by default, 1 (fast) to 9 (small)."""
 DEPTH_MAX, DEPTH_QUANTIZATION = 10.0, 100.0
 """The plug-in's defaults: the farthest distance in metres, and how much finer near ones are stored."""
 
@@ -38,7 +38,7 @@ DEPTH_MAX, DEPTH_QUANTIZATION = 10.0, 100.0
 def frame_of_compressed(message: Any, frame_id: int) -> Frame:
     """Decode a message. Raises PixelFormatError for one that is damaged or cannot be shown."""
     image = RosCompressedImage(0, message.format, memoryview(message.data))
-    return frame_of_picture(ros_pictures.of_compressed(image), message.header, frame_id)
+    return frame_of_image(ros_pictures.of_compressed(image), message.header, frame_id)
 
 
 def fill_jpeg(message: Any, frame: Frame, quality: int) -> None:

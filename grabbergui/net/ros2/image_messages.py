@@ -87,7 +87,7 @@ def frame_of(message: Any, frame_id: int) -> Frame:
     if pixel_format is None:
         size, layout = (message.height, message.width), (int(message.is_bigendian), message.step)
         image = RosImage(0, "", *size, message.encoding, *layout, memoryview(message.data))
-        return frame_of_picture(ros_pictures.of_image(image), message.header, frame_id)
+        return frame_of_image(ros_pictures.of_image(image), message.header, frame_id)
     payload = np.frombuffer(message.data, np.uint8)
     padding = message.step - pixel_format.line_bytes(message.width)
     if padding < 0 or message.step * message.height > payload.size or not message.width * message.height:
@@ -109,9 +109,9 @@ def frame_of(message: Any, frame_id: int) -> Frame:
     )
 
 
-def frame_of_picture(picture: ros_pictures.Picture, header: Any, frame_id: int) -> Frame:
+def frame_of_image(image: ros_pictures.Picture, header: Any, frame_id: int) -> Frame:
     """Return decoded pixels as a frame with the times of a message's header."""
-    pixels, name, width, height = picture
+    pixels, name, width, height = image
     timestamp_ns, received_ns = _times(header)
     return Frame(
         payload=np.ascontiguousarray(pixels).reshape(-1).view(np.uint8),

@@ -98,7 +98,7 @@ class ImagePublisher:
         self._described = FrameMetadata(grabber)
         self._title = node.get_fully_qualified_name()
         self._info_sent: object = None
-        "What the last camera_info was about; a subscriber may come when no frame does."
+        "Facts from which the last camera_info was made; a subscriber may come while no frame does."
         self._components = ComponentTopics(
             node, grabber, publisher, self._stamp, self._camera_info, self._count
         )

@@ -85,7 +85,7 @@ class ParameterFeatures:
         names = list(call("list_parameters", srv.ListParameters.Request()).result.names)
         self._kinds: dict[str, FeatureKind] = {}
         self._choices: dict[str, dict[str, FeatureValue]] = {}
-        "Of those that have a list of values: the entries' names to the values that are sent."
+        "For each parameter with a list of values: names of entries to the values that are sent."
         self._descriptors = {
             descriptor.name: descriptor
             for descriptor in self._describe(names)

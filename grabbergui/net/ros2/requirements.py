@@ -1,4 +1,4 @@
-"""What ROS 2 needs to run here, and what to do without it."""
+"""Requirements of ROS 2 on this computer, and remedies where one is missing."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ QUEUE_DEPTH = 5
 """Images that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 _OURS = "<transport_id>images</transport_id>"
-"""Of our profile with shared memory, as its copies have it too."""
+"""Part of our profile with shared memory; copies of the profile have it too."""
 LAST_DOMAIN = 232
 """Highest ROS_DOMAIN_ID: the UDP ports of a higher one would be beyond 65535."""
 _RANGE, _LOCALHOST_ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_LOCALHOST_ONLY"

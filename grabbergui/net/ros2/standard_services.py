@@ -1,4 +1,4 @@
-"""What camera drivers on ROS offer as `std_srvs`: the stream, a trigger, one push, and user sets.
+"""The services that ROS camera drivers offer as `std_srvs`: the stream, a trigger, one push, and user sets.
 
 Each is a `std_srvs/Trigger` below the node's name, without arguments, so `ros2 service call`, behaviour trees
 and buttons of rqt and Foxglove need no interface of ours. A failure is a reply with the reason.

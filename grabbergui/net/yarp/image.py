@@ -31,7 +31,7 @@ class PixelCode:
     depth: int
     "Bytes a pixel."
     dtype: str = "u1"
-    "Of one component, as numpy names it; little endian."
+    "numpy's type of one component; little endian."
 
     @property
     def channels(self) -> int:

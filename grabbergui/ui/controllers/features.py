@@ -187,7 +187,7 @@ class FavouritesController(QObject):
         self._features = features
         self._preferences = preferences
         self._model = ""
-        "Of the current camera; empty if there is none."
+        "Model of the current camera; empty if there is none."
         Bridge(self).bind(open_sources.closing, lambda _: self.keep_layout())
         strip.dropped.connect(self.place)
 

@@ -29,7 +29,7 @@ SCROLL_MS = 40
 SCROLL_STEPS = 2
 "Steps of an arrow key that it moves by then."
 NOTCH = 120
-"Of `QWheelEvent.angleDelta`: one click of a mouse wheel."
+"`QWheelEvent.angleDelta` of one click of a mouse wheel."
 
 _STEPS_OF_KEYS = {
     Qt.Key.Key_Left: -1,
@@ -83,7 +83,7 @@ class ValueSlider(QSlider):
         self._scale: SliderScale | None = None
         "The part of `_whole` that the track shows."
         self._grip = QPointF()
-        "Where the mouse was last."
+        "Last position of the mouse."
         self._place = 0.0
         "Position of the dragged handle; beyond the track while the mouse is."
         self._notches = 0.0

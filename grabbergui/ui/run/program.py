@@ -99,7 +99,7 @@ class Program(QObject):
         self.recordings = Recordings(self.open_sources, self.messages)
         self.status.recorded = self.recordings.runs
         self.sharing = Sharing(self.open_sources, self.opener.stream, remote_terminal)
-        said = CurrentMessages(self.messages, lambda: self.open_sources.current)
+        messages = CurrentMessages(self.messages, lambda: self.open_sources.current)
         files = FileDialogs(window)
         image, tasks = window.image, window.image.tasks
         rows = (window.features.rows, window.favourites.rows)
@@ -134,17 +134,17 @@ class Program(QObject):
             self.image,
             self.snapshots,
             preferences,
-            said,
+            messages,
             self,
         )
         self.status_bar = StatusController(
             window.status, image, open_sources, self.image, self.status, self.messages, self
         )
         self.features = FeatureController(window.features, window.favourites, self)
-        self.work = CameraWork(tasks, open_sources, said)
-        self.settings_files = SettingsFilesController(window, files, open_sources, self.work, said)
-        self.user_sets = UserSetsController(window.actionUserSets, window, open_sources, self.work, said)
-        self.lut = LutController(window.actionLookUpTable, window, files, open_sources, self.work, said)
+        self.work = CameraWork(tasks, open_sources, messages)
+        self.settings_files = SettingsFilesController(window, files, open_sources, self.work, messages)
+        self.user_sets = UserSetsController(window.actionUserSets, window, open_sources, self.work, messages)
+        self.lut = LutController(window.actionLookUpTable, window, files, open_sources, self.work, messages)
         self.display = DisplayController(window, image, window.histogram, open_sources, self.image, self)
         self.components = ComponentController(window, image, window.histogram, open_sources, self.image, self)
         self.points = PointCloudController(window.actionShowPoints, window, self.image, self)
@@ -159,26 +159,28 @@ class Program(QObject):
             self,
         )
         self.pausing = PauseController(
-            window, image.pauseBar, open_sources, self.image, self.history, said, self
+            window, image.pauseBar, open_sources, self.image, self.history, messages, self
         )
-        self.playback = PlaybackController(window, image.playbackBar, open_sources, said, self)
-        self.region = RegionController(window, image, open_sources, self.image, said, self)
-        self.tuning = TuningController(window, image, tasks, open_sources, self.image, said, self)
-        self.changes = ChangesController(window, window.changes, rows, files, open_sources, said, self)
-        self.values = ValuesController(window.values, window.valuesDock, files, open_sources, said, self)
+        self.playback = PlaybackController(window, image.playbackBar, open_sources, messages, self)
+        self.region = RegionController(window, image, open_sources, self.image, messages, self)
+        self.tuning = TuningController(window, image, tasks, open_sources, self.image, messages, self)
+        self.changes = ChangesController(window, window.changes, rows, files, open_sources, messages, self)
+        self.values = ValuesController(window.values, window.valuesDock, files, open_sources, messages, self)
         self.favourites = FavouritesController(
-            window, window.favourites, open_sources, self.features, preferences, said, self
+            window, window.favourites, open_sources, self.features, preferences, messages, self
         )
         self.feature_menu = FeatureMenuController(window, rows, open_sources, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
         self.calibrating = CalibrationOpener(window.actionCalibrate, window, open_sources)
         self.calibration = CalibrationViewController(
-            window, image, files, open_sources, self.image, said, self
+            window, image, files, open_sources, self.image, messages, self
         )
         self.calibrating.saved.connect(self.calibration.load)
         self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
-        self.report = ReportController(window.actionReport, window, files, open_sources, self.log_book, said)
+        self.report = ReportController(
+            window.actionReport, window, files, open_sources, self.log_book, messages
+        )
         self._settings_to_compare: Path | None = None
         self._down = False
         self._join()

@@ -222,7 +222,7 @@ class CalibrationDialog(CalibratingDialog):
             self._show_image(preview, GOOD if preview.verdict is ViewVerdict.KEPT else NOT_KEPT)
             self.cells.setCells(preview.coverage.cells, *preview.size)
             if preview.verdict is not None:
-                set_verdict(self.verdictLabel, *self._said(preview.verdict))
+                set_verdict(self.verdictLabel, *self._verdict_text(preview.verdict))
         self.coverage.setCoverage(preview.coverage)
         self.coverageLabel.setText(self.tr("{0:.0%} of the image is covered").format(preview.coverage.part))
         self.progress.setMaximum(wanted)
@@ -348,7 +348,7 @@ class CalibrationDialog(CalibratingDialog):
         if item is not None:
             self.viewChosen.emit(self.views.indexOfTopLevelItem(item))
 
-    def _said(self, verdict: ViewVerdict) -> tuple[str, str]:
+    def _verdict_text(self, verdict: ViewVerdict) -> tuple[str, str]:
         """Return text and tone of a verdict; obstacles to a view matter only while views are taken."""
         if verdict is ViewVerdict.NOT_SEEN or self.step is CalibrationPage.VIEWS:
             return verdict_text(verdict), _TONES[verdict]

@@ -50,7 +50,7 @@ class FavouritesStrip(QWidget):
         self._place: int | None = None
         "Index of the card before which the dragged feature would go."
         self._hint = self.hintLabel.text()
-        "What appears here, while no source is open."
+        "Text that explains the empty strip while no source is open."
         self.setAcceptDrops(True)
 
     def setFavourites(self, descriptions: Sequence[FeatureDescription], camera: Hashable = None) -> None:

@@ -24,9 +24,9 @@ from grabbergui.ui.widgets.image_items import DIMMED, as_qimage
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 
 TILE_WIDTH, TILE_HEIGHT = 204, 156
-"Of a tile, pixels."
+"Size of a tile in pixels."
 COMPACT_WIDTH, COMPACT_HEIGHT = 152, 62
-"Of a compact tile, pixels; the least width: two fit beside each other on 800 pixels."
+"Size of a compact tile in pixels; two fit side by side on 800 pixels."
 TILE_IMAGE, COMPACT_IMAGE = (150, 84), (44, 50)
 "Least size of a tile's image in pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)

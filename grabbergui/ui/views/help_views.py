@@ -41,7 +41,7 @@ from grabbergui.ui.shown_text import PlainLabel, add_paragraph, set_rich
 
 FIRST_PAGE = "window.md"
 SIZE = QSize(820, 640)
-PICTURE_WIDTH = 740
+IMAGE_WIDTH = 740
 
 _PICTURE = re.compile(r'<picture>.*?<img src="([^"]*)" alt="([^"]*)">\s*</picture>', re.DOTALL)
 """Qt's Markdown ends at HTML that it does not know."""
@@ -51,14 +51,14 @@ class ManualBrowser(QTextBrowser):
     """Shows Markdown pages, with pictures scaled to fit, also those in HTML."""
 
     def loadResource(self, kind: int, name: QUrl) -> Any:
-        """Read a page or a picture from its file."""
+        """Read a page or an image from its file."""
         path = Path(self.source().resolved(name).toLocalFile())
         if path.suffix == ".md":
             return _PICTURE.sub(r"![\2](\1)", path.read_text("utf-8"))
-        picture = QImage(str(path))
-        if picture.width() <= PICTURE_WIDTH:
-            return picture
-        return picture.scaledToWidth(PICTURE_WIDTH, Qt.TransformationMode.SmoothTransformation)
+        image = QImage(str(path))
+        if image.width() <= IMAGE_WIDTH:
+            return image
+        return image.scaledToWidth(IMAGE_WIDTH, Qt.TransformationMode.SmoothTransformation)
 
 
 class ManualDialog(QDialog):

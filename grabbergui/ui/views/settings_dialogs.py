@@ -27,7 +27,7 @@ from grabbergui.ui.shown_text import set_cell_tooltip, set_tooltip
 _TICK_WIDTH = 24
 "Width of the check boxes, which the style sheet makes larger than Qt expects."
 _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
-"Of a row that can be ticked: its `SettingKey`."
+"Role of the `SettingKey` of a row that can be ticked."
 
 
 class SettingsReport(QDialog):

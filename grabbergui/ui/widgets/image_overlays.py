@@ -1,4 +1,4 @@
-"""What lies over the image: values of pixels, grid, marks, cursor."""
+"""Overlays of the image: values of pixels, grid, marks, cursor."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class Index(NamedTuple):
 
     command: str
     size: int
-    "Of index and command, in bytes."
+    "Size of index and command in bytes."
     body_size: int
 
 

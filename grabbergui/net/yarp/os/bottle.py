@@ -56,7 +56,7 @@ _LAYOUTS: Final = {
 }
 
 _CLASSES: Final[dict[int, type]] = {INT8: Int8, INT16: Int16, VOCAB: Vocab, VOCAB64: Vocab64}
-"""Of decoded integers that are not plain numbers."""
+"""Classes of decoded integers that are not plain numbers."""
 
 _SMALL: Final = 4096
 """Bytes of a blob that is copied into the message around it."""

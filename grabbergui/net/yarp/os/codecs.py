@@ -64,7 +64,7 @@ class Codec:
 
     def __init__(self) -> None:
         self.dialect = Dialect.YARP3
-        "Of the Bottles in replies."
+        "Dialect of the Bottles in replies."
         self.missing = 1
         "Bytes that the next event lacks at least."
 

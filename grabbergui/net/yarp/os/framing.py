@@ -74,7 +74,7 @@ class Receiver:
         self._begin = self._end = 0
         self._command = ""
         self._body: memoryview | None = None
-        "Of the message in progress; None between two messages and within an index."
+        "Body of the message in progress; None between two messages and within an index."
         self._filled = 0
 
     @property

@@ -33,7 +33,7 @@ class Link:
         self.sock = sock
         self.connection = connection
         self._limit = 0.0
-        "Of a read, as the kernel keeps it; 0 where others set it."
+        "Timeout of a read in seconds, as set in the kernel; 0 if others set it."
 
     def send(self, *events: Event) -> None:
         """Write events in one go. Raises LocalProtocolError out of turn, AckTimeoutError, TransportError."""
@@ -153,15 +153,15 @@ def report_end(source: str, address: tuple[str, int], key: bytes | None = None) 
         sock.close()
 
 
-def tell_all(messages: Mapping[str, Callable[[], object]], seconds: float) -> None:
+def run_all(calls: Mapping[str, Callable[[], object]], seconds: float) -> None:
     """Run each function on a thread of that name, all at once, and wait `seconds` for them at most.
 
     Those that take longer go on in the background. None of them may raise.
     """
     deadline = time.monotonic() + seconds
     threads = []
-    for name, tell in messages.items():
-        thread = threading.Thread(target=tell, name=name, daemon=True)
+    for name, call in calls.items():
+        thread = threading.Thread(target=call, name=name, daemon=True)
         with suppress(RuntimeError):  # the program ends, or has no threads left
             thread.start()
             threads.append(thread)

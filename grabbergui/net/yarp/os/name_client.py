@@ -56,7 +56,7 @@ class NameClient:
     def __init__(self, server: Contact, key: bytes | None = None, *, configured: bool = True) -> None:
         self.server = server
         self.key = key
-        "Of `auth.conf`; ports use it too."
+        "Key from `auth.conf`; ports use it too."
         self._configured = configured
 
     @classmethod

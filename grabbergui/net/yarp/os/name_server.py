@@ -36,10 +36,10 @@ PORTS_LIMIT: Final = 5_000
 """Largest number of registered ports; YARP has no limit. Listing that many takes about 20 ms."""
 
 ASKER_LIMIT: Final = 4_000
-"""Of them, those registered from one address, so that it leaves names to others."""
+"""Largest number of ports registered from one address, so that names are left for others."""
 
 PROPERTY_BYTES: Final = 4096
-"""Of all properties of one port."""
+"""Largest size of all properties of one port."""
 _WORD_LIMIT: Final = 255
 """Characters of a host's or carrier's name."""
 

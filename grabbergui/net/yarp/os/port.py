@@ -29,7 +29,7 @@ from grabbergui.net.yarp.os.carrier import Carrier
 from grabbergui.net.yarp.os.contact import Contact
 from grabbergui.net.yarp.os.framing import new_memory
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
-from grabbergui.net.yarp.os.link import Link, report_end, tell_all
+from grabbergui.net.yarp.os.link import Link, report_end, run_all
 from grabbergui.net.yarp.os.listener import Listener
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import Output, connect
@@ -297,7 +297,7 @@ class Port:
             f"yarp {self.name} leaves {output.reader}": partial(self._report_end, output)
             for output in outputs
         }
-        tell_all(ends, REPORT_SECONDS)
+        run_all(ends, REPORT_SECONDS)
 
     def _report_end(self, output: Output) -> None:
         """Notify a udp reader, which cannot notice the end. Never raises."""

@@ -23,7 +23,7 @@ from grabbergui.net.yarp.os.binary import MESSAGE_LIMIT
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.events import Header
 from grabbergui.net.yarp.os.inputs import Reply, Request
-from grabbergui.net.yarp.os.link import administer, greet, tell_all
+from grabbergui.net.yarp.os.link import administer, greet, run_all
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import Outgoing
 from grabbergui.net.yarp.os.port import NO_OUTPUT, Handler, Port
@@ -214,7 +214,7 @@ class InputPort(Port):
     def _leave_sources(self, seconds: float) -> None:
         """Disconnect all sources at once; a source that hangs notices the end by itself."""
         sources = [name for name in self.sources if name.startswith("/")]
-        tell_all(
+        run_all(
             {f"yarp {self.name} leaves {name}": partial(self.disconnect, name) for name in sources}, seconds
         )
 

@@ -1,4 +1,4 @@
-"""What is registered for a port: connections, whose number is limited, and its name at the name server."""
+"""The registrations of a port: connections, whose number is limited, and its name at the name server."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class RpcClient:
         self.target = target
         "A port's name, or `tcp://HOST:PORT/`."
         self.dialect = Dialect.YARP3
-        "Of requests and replies."
+        "Dialect of requests and replies."
         self._names = names
         self._sender = sender
         self._key = names.key if names else key
