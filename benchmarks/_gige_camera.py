@@ -53,8 +53,8 @@ class Conditions:
 
 def serve(conditions: Conditions) -> None:
     """Run the camera until standard input ends, then print when each block's last packet left."""
+    from grabbergui.driver.sim.gige.faults import GigeFaults
     from grabbergui.driver.sim.gige.server import GigeCamera
-    from grabbergui.driver.sim.gige.stream import GigeFaults
 
     sent: dict[int, float] = {}
     camera = GigeCamera(

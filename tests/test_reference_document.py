@@ -8,7 +8,7 @@ import pytest
 from grabbergui.cli.sources_help import sources_help
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri, option_rows, read_options
-from grabbergui.driver.sim import device as simulated
+from grabbergui.driver.sim import power_on
 from grabbergui.sources import SourceKind
 from scripts import reference
 
@@ -56,7 +56,7 @@ def test_a_bad_value_is_refused_with_the_allowed_ones(uri, allowed):
 
 
 def test_the_simulated_camera_has_a_register_for_every_option():
-    assert set(simulated._REGISTERS) == {entry.name for entry in fields(SourceKind.SIM.options)}
+    assert set(power_on._REGISTERS) == {entry.name for entry in fields(SourceKind.SIM.options)}
 
 
 def test_help_lists_every_option(capsys):

@@ -141,8 +141,8 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
     for end in {end for wire in options.wire for end in wire}.difference(addresses):
         raise UsageError(f"--wire: there is no camera at {end}; add it to --gige")
     from grabbergui.driver.sim.device import power_on_at_address, scene_of
+    from grabbergui.driver.sim.gige.faults import GigeFaults
     from grabbergui.driver.sim.gige.server import serve
-    from grabbergui.driver.sim.gige.stream import GigeFaults
 
     faults = GigeFaults(
         loss=options.loss,

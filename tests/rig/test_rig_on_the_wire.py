@@ -6,8 +6,8 @@ import pytest
 
 from grabbergui.cli import main
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.faults import GigeFaults
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import GigeFaults
 from grabbergui.rig import source
 from grabbergui.rig.rig_file import CameraEntry, RigEntry, TriggerEntry
 from grabbergui.rig.trigger_diagnosis import TriggerCause

@@ -11,8 +11,8 @@ from PyQt5.QtWidgets import QAbstractButton
 
 from grabbergui import sources
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.faults import GigeFaults, PacketFaults
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import GigeFaults, PacketFaults
 from grabbergui.models.messages import ERROR_SECONDS
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.source_messages import BACK_SECONDS

@@ -1,7 +1,6 @@
-"""The control channel's socket, which any number of threads may use, and the device's memory over it.
+"""The control channel's socket, which any number of threads may use.
 
-`ControlLink` drives `ControlChannel` and `Heartbeat`. `DeviceMemory` reads and writes memory and registers of
-any length and alignment.
+`ControlLink` drives `ControlChannel` and `Heartbeat`; `device_memory` uses it.
 """
 
 from __future__ import annotations

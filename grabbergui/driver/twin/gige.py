@@ -24,8 +24,8 @@ from grabbergui.driver.sim.camera_xml import zipped
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import Address, ControlResponder, OutgoingDatagram, Refused
 from grabbergui.driver.sim.gige.deviations import Deviations
+from grabbergui.driver.sim.gige.faults import GigeFaults
 from grabbergui.driver.sim.gige.server import GIGABIT, GigeCamera
-from grabbergui.driver.sim.gige.stream import GigeFaults
 from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.twin.model import TwinModel

@@ -15,12 +15,12 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
+from grabbergui.driver.u3v.control_channel import ControlChannel
 from grabbergui.driver.u3v.gencp import (
     HEADER_SIZE,
     SMALLEST_ACKNOWLEDGE,
     WRITE_OVERHEAD,
     CommandId,
-    ControlChannel,
     Packet,
     parse_reserved_and_value,
     read_memory,

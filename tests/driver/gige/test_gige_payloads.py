@@ -34,9 +34,9 @@ from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import FILE_NAME, range_image
 from grabbergui.driver.sim.enumerations import TestPattern
+from grabbergui.driver.sim.gige.faults import GigeFaults
 from grabbergui.driver.sim.gige.packets import FramePackets
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import GigeFaults
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.settings import settings_of
 from patience import PATIENCE

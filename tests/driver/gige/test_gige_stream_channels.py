@@ -17,8 +17,8 @@ from grabbergui.driver.gige.bootstrap import BootstrapRegister, StreamChannel
 from grabbergui.driver.gige.device_memory import DeviceMemory
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
+from grabbergui.driver.sim.gige.faults import GigeFaults
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.driver.sim.gige.stream import GigeFaults
 from patience import PATIENCE
 
 SMALL = {reg.WIDTH: 256, reg.HEIGHT: 128, reg.FRAME_RATE: 50.0, reg.EXPOSURE_TIME: 1000.0}

@@ -11,9 +11,10 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import Leader, Trailer
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim.enumerations import Chunk
-from grabbergui.driver.sim.gige.packets import DatagramBatch, FramePackets, test_packet, unavailable
+from grabbergui.driver.sim.gige.datagram_batch import DatagramBatch
+from grabbergui.driver.sim.gige.faults import GigeFaults, PacketFaults
+from grabbergui.driver.sim.gige.packets import FramePackets, test_packet, unavailable
 from grabbergui.driver.sim.gige.server import counted
-from grabbergui.driver.sim.gige.stream import GigeFaults, PacketFaults
 from grabbergui.driver.sim.model import FramePlan
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from patience import PATIENCE
@@ -89,7 +90,7 @@ def test_test_packets_have_their_size():
 @pytest.mark.parametrize("supported", [True, False], ids=["here", "elsewhere"])
 def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size, supported, monkeypatch):
     if not supported:
-        monkeypatch.setattr("grabbergui.driver.sim.gige.packets.SUPPORTED", False)
+        monkeypatch.setattr("grabbergui.driver.sim.gige.datagram_batch.SUPPORTED", False)
     block = make_block(60_001, packet_size)
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,

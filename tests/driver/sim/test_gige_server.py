@@ -28,8 +28,8 @@ from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import EventSelector, TestPattern
+from grabbergui.driver.sim.gige.faults import GigeFaults
 from grabbergui.driver.sim.gige.server import GigeCamera, serve
-from grabbergui.driver.sim.gige.stream import GigeFaults
 from patience import PATIENCE, until
 
 _numbers = itertools.count(1)

@@ -9,16 +9,8 @@ from u3v_bench import records, transcripts
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, LocalProtocolError, RemoteProtocolError
 from grabbergui.driver.u3v import gencp
-from grabbergui.driver.u3v.gencp import (
-    BUSY_PAUSE,
-    LONGEST_PENDING,
-    TRIES,
-    CommandId,
-    ControlChannel,
-    Event,
-    Packet,
-    decode_events,
-)
+from grabbergui.driver.u3v.control_channel import BUSY_PAUSE, LONGEST_PENDING, TRIES, ControlChannel
+from grabbergui.driver.u3v.gencp import CommandId, Event, Packet, decode_events
 
 READ = Packet(0x4000, CommandId.READMEM, 0xFF15, gencp.read_memory(0x04, 64))
 

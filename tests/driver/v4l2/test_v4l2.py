@@ -38,7 +38,8 @@ from grabbergui.driver.genapi.loading import load
 from grabbergui.driver.v4l2 import device as v4l2_device
 from grabbergui.driver.v4l2 import video as video_module
 from grabbergui.driver.v4l2.description import describe
-from grabbergui.driver.v4l2.device import V4l2Device, V4l2Stream
+from grabbergui.driver.v4l2.device import V4l2Device
+from grabbergui.driver.v4l2.stream import V4l2Stream
 from grabbergui.driver.v4l2.video import Control, ControlKind, FrameSizes, VideoDevice
 from patience import PATIENCE, until
 

@@ -21,7 +21,8 @@ from grabbergui.driver.sim.file_store import FileStore
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import ControlResponder, OutgoingDatagram
 from grabbergui.driver.sim.gige.deviations import Deviations
-from grabbergui.driver.sim.gige.stream import REBOOT_S, GigeFaults, StreamSender, StreamSettings
+from grabbergui.driver.sim.gige.faults import GigeFaults
+from grabbergui.driver.sim.gige.stream import REBOOT_S, StreamSender, StreamSettings
 from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.scene import Scene
