@@ -132,6 +132,8 @@ class OpenSource:
         "The history of its features."
         self.read_only = ""
         "Reason for read-only access as display text; empty if values can be changed."
+        self.denied = ""
+        "The driver's refusal of control, which names the program that has it if it is known."
         self.held = True
         "Whether another program controls it, while access is read-only."
         self.losses = 0
@@ -191,6 +193,7 @@ class OpenSource:
     def open_read_only(self, denied: AccessDeniedError) -> None:
         """Open a source for reading only, because another program controls it. Raises `denied` on failure."""
         assert self.grabber is not None
+        self.denied = str(denied)
         self.read_only = held_text(denied)  # before the camera reports that control is free by now
         try:
             self.grabber.open(Access.MONITOR)

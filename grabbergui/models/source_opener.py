@@ -43,7 +43,9 @@ class SourceOpener:
         self.reports = LinkMessages(self.messages)
         self.open_sources = OpenSources(self.messages)
         self.stream = StreamControl(self.open_sources, self.reports)
-        self._watch = SourceWatch(self.open_sources, self.reports, self.take_control)
+        self._watch = SourceWatch(self.open_sources, self.reports, self._ask_for_control)
+        self.confirm_control: Callable[[OpenSource, Callable[[], None]], None] = lambda source, take: take()
+        "Asks before control is taken from another program, and calls the function if it may be."
         self._create = create
         self._played: SourceUri | None = None
         "The recording that `play` opened last."
@@ -118,6 +120,15 @@ class SourceOpener:
         if (source := self.open_sources.current) is not None and source.read_only:
             self.open_sources.remove(source, "")
             self._begin(source.exact_uri, start=True, current=True, access=Access.TAKE_OVER)
+
+    def _ask_for_control(self) -> None:
+        """Take control of the current source, after a question if another program has it."""
+        if (source := self.open_sources.current) is None or not source.read_only:
+            return
+        if source.held:
+            self.confirm_control(source, self.take_control)
+        else:
+            self.take_control()
 
     def _begin(
         self, uri: SourceUri, start: bool, *, current: bool, access: Access = Access.CONTROL

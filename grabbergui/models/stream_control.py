@@ -35,6 +35,7 @@ class StreamControl:
         def failed(error: GrabberError) -> None:
             if source.read_only and isinstance(error, AccessDeniedError):
                 source.no_frames = error_text(error)
+                self._open_sources.set_state(source, source.state, source.reason)  # *Start* says why
             else:
                 text = translate("Connection", "{0} does not start: {1}")
                 self._report(source, text.format(source.title, error_text(error)))

@@ -1,5 +1,6 @@
 """The window as a person uses it, on the simulated camera."""
 
+import os
 import threading
 from dataclasses import replace
 from urllib.parse import quote
@@ -216,10 +217,12 @@ class HeldElsewhere(ScriptedGrabber):
     """Another program has control until it lets go; read-only beside it, as GenICam cameras are."""
 
     held = True
+    holder = "10.0.0.5"
 
     def open(self, access=Access.CONTROL):
         if self.held and access is not Access.MONITOR:
-            raise AccessDeniedError("another application at 10.0.0.5 controls Acme Script; close it there")
+            text = f"another application at {self.holder} controls Acme Script; close it there"
+            raise AccessDeniedError(text)
         super().open(access)
 
     def feature(self, name):
@@ -250,18 +253,50 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
     app.until(lambda: panel.rows("Reset") and panel.rows("Reset")[0].editor is not None)
     assert not panel.rows("Reset")[0].editor.isEnabled(), "nor is a command"
     app.until(lambda: "goes to the program" in window.image.note.summaryLabel.text())
+    assert "✗ control" in window.image.note.stageLabel.text(), "it was passed, as if this program had it"
+    assert not window.actionStart.isEnabled(), "it had no effect"
+    assert "10.0.0.5" in window.actionStart.toolTip()
     assert "Read only" in window.status.stateLabel.text()
 
     button = window.messages.findChild(QAbstractButton, "offerButton")
     assert button.isVisible() and button.text() == "Take control"
     app.qtbot.mouseClick(button, Qt.LeftButton)  # still held
+    agree(app)
     app.until(lambda: link.open_sources.state is LinkState.OPEN and len(app.errors) == 1)
     grabber.held = False
     app.until(lambda: window.messages.findChildren(QAbstractButton, "offerButton"))
     button = window.messages.findChildren(QAbstractButton, "offerButton")[-1]
     app.qtbot.mouseClick(button, Qt.LeftButton)
+    agree(app)
     app.until(lambda: link.open_sources.state is LinkState.STREAMING and not app.errors)
     app.until(lambda: rows.rows("Gain") and isinstance(rows.rows("Gain")[0].editor, RangeEditor))
+
+
+def agree(app, button="Take control"):
+    app.until(lambda: app.program.sources.question is not None)
+    buttons = app.program.sources.question.buttons()
+    next(each for each in buttons if each.text() == button).click()
+    app.until(lambda: app.program.sources.question is None)
+
+
+def test_take_control_asks_first_and_names_program_and_recording(app, tmp_path):
+    """One click ended the other program's recording."""
+    grabber, link = HeldElsewhere([]), app.program.opener
+    grabber.holder = f"127.0.0.1 (recorder, PID {os.getpid()})"
+    link._create = lambda uri: grabber
+    app.program.sources.connect_to("fake:")
+    app.until(lambda: app.window.messages.findChildren(QAbstractButton, "offerButton"))
+    before = link.open_sources.current
+    with (tmp_path / "day 1.mcap").open("wb"):
+        app.qtbot.mouseClick(
+            app.window.messages.findChildren(QAbstractButton, "offerButton")[-1], Qt.LeftButton
+        )
+        app.until(lambda: app.program.sources.question is not None)
+    question = app.program.sources.question
+    assert f"from recorder, PID {os.getpid()}?" in question.text()
+    assert question.informativeText() == "It is recording day 1.mcap; the recording ends."
+    agree(app, "Leave it there")
+    assert link.open_sources.current is before and grabber.held
 
 
 def test_take_control_answers_every_time(app):
@@ -280,6 +315,7 @@ def test_take_control_answers_every_time(app):
     for _ in range(2):
         before = link.open_sources.current
         app.qtbot.mouseClick(offered(), Qt.LeftButton)
+        agree(app)
         app.until(lambda before=before: link.open_sources.current not in (before, None) and app.errors)
         app.until(lambda: app.errors[0].startswith("control was not given") and offered())
         assert len(app.errors) == 1

@@ -177,7 +177,10 @@ class AcquisitionController(QObject):
     def _enable_actions(self) -> None:
         state, actions, source = self._open_sources.state, self._actions, self._open_sources.current
         set_available(actions.actionDisconnect, None if source is not None else Lack.SOURCE)
-        set_available(actions.actionStart, Lack.REST if state is LinkState.STREAMING else lack_of(source))
+        start: Lack | str | None = Lack.REST if state is LinkState.STREAMING else lack_of(source)
+        if start is None and source is not None:
+            start = source.no_frames  # while another program has control, which has refused it
+        set_available(actions.actionStart, start)
         lack = lack_of(source, stream=True)
         set_available(actions.actionStop, Lack.RUN if lack is Lack.STREAM else lack)
         self._enable_saving()

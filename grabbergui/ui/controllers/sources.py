@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 
-from PyQt5.QtCore import QObject, QTimer
+from PyQt5.QtCore import QObject, Qt, QTimer
+from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SIMULATED
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.other_program import holder_name, recordings_of
 from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import ListedSource, SourceListModel, typed_uri, with_description
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.shown_text import question_box
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
@@ -69,6 +73,9 @@ class SourcesController(QObject):
         view.forgetRequested.connect(self._on_view_forget_requested)
         view.descriptionRequested.connect(self._on_view_description_requested)
         view.setRecent(preferences.recent)
+        self.question: QMessageBox | None = None
+        "The question whether to take control from another program, while it is open."
+        opener.confirm_control = self._confirm_control
         self._restore()
         self._show()
 
@@ -101,6 +108,32 @@ class SourcesController(QObject):
             self._opener.open_additional(typed_uri(uri))
         except UsageError as error:
             self._messages.error(error_text(error))
+
+    def _confirm_control(self, source: OpenSource, take: Callable[[], None]) -> None:
+        """Call `take` if the user agrees that another program loses control."""
+        recordings = recordings_of(source.denied)
+        detail = self.tr("The other program receives no more images: a recording there ends.")
+        if recordings:
+            detail = self.tr("It is recording {0}; the recording ends.").format(", ".join(recordings))
+        holder = holder_name(source.denied) or self.tr("another program")
+        self.question = box = question_box(
+            self._view.window() or self._view,
+            self.tr("Take control of {0} from {1}?").format(source.title, holder),
+            detail,
+        )
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        agree = box.addButton(self.tr("Take control"), QMessageBox.ButtonRole.AcceptRole)
+        leave = box.addButton(self.tr("Leave it there"), QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(leave)
+        box.setEscapeButton(leave)
+
+        def answered() -> None:
+            self.question = None
+            if box.clickedButton() is agree:
+                take()
+
+        box.finished.connect(lambda _: answered())
+        box.open()
 
     def _on_view_address_entered(self, text: str) -> None:
         try:

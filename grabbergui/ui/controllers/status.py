@@ -11,6 +11,7 @@ from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import Cause, MessageModel, Offer, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
+from grabbergui.models.other_program import holder_name
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import LiveImageView, StatusView
@@ -148,8 +149,11 @@ class StatusController(QObject):
         if condition is Condition.WAITING:
             return self.tr("Waiting for a trigger"), "", None
         if condition is Condition.READ_ONLY and source.no_frames:
+            holder = holder_name(source.denied)
             summary = self.tr("The image goes to the program that has control.")
-            return summary, source.no_frames, Stage.PACKETS
+            if holder:
+                summary = self.tr("The image goes to the program that has control: {0}.").format(holder)
+            return summary, source.no_frames, Stage.CONTROL
         found = self._diagnosis(source, status) if condition in _RUNNING else None
         return (found.summary, found.advice, found.stage) if found is not None else ("", "", None)
 
