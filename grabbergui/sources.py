@@ -11,7 +11,9 @@ import logging
 import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from enum import Enum
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
@@ -143,9 +145,23 @@ def schemes() -> list[str]:
     return [kind.value for kind in SourceKind]
 
 
+def literal_file(uri: str) -> SourceUri | None:
+    """Return the file or folder whose name is what follows `file:`, if there is one.
+
+    Otherwise `50%20`, `?` and `#` in a name that a user types would be read as in other URIs.
+    """
+    scheme, colon, name = uri.strip().partition(":")
+    if not colon or scheme.lower() != SourceKind.FILE.value or not name:
+        return None
+    with suppress(OSError, ValueError):  # too long for a name, or with a zero
+        if Path(name).exists():
+            return SourceUri(SourceKind.FILE.value, name)
+    return None
+
+
 def parse(uri: str) -> SourceUri:
     """Parse a URI of a known kind with options that it has. Raises UsageError."""
-    parsed = _known(SourceUri.parse(uri))
+    parsed = _known(literal_file(uri) or SourceUri.parse(uri))
     read_options(SourceKind(parsed.scheme).options, parsed)
     return parsed
 

@@ -27,3 +27,12 @@ def test_a_kind_whose_package_cannot_be_loaded_is_named_with_the_reason(text, sa
     with pytest.raises(SourceUnavailableError, match=said):
         sources.create("v4l2:")
     assert sources.discover_kind("v4l2") == []
+
+
+@pytest.mark.parametrize("name", ["lü 50%20 #1", "what?.tiff", "a=b?c=d"])
+def test_a_file_may_be_typed_as_it_is_called(tmp_path, name):
+    """Of "lü 50%20 #1" the program found no "lü 50  #1"."""
+    path = tmp_path / name
+    path.mkdir()
+    assert sources.parse(f"file:{path}").name == str(path)
+    assert sources.parse(str(sources.parse(f"file:{path}"))).name == str(path)

@@ -85,6 +85,12 @@ class UserMessage:
             text = text[0].upper() + text[1:]
         return text if self.count == 1 else f"{text}  (×{self.count})"
 
+    @property
+    def cause_first(self) -> str:
+        """The sentence with its cause, which is behind a colon, at the beginning: for lines that are cut."""
+        action, colon, cause = self.sentence.rpartition(": ")
+        return f"{cause[:1].upper()}{cause[1:]}: {action}" if colon and cause else self.sentence
+
     def is_same(self, other: UserMessage) -> bool:
         """Return whether two messages are the same."""
         same_text = self.cause is not None or self.text == other.text

@@ -6,9 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from ipaddress import IPv4Address
 from pathlib import Path
 from urllib.parse import unquote
 from weakref import WeakSet
@@ -18,7 +16,7 @@ from psygnal import Signal
 from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, differs
-from grabbergui.core.uri import DescriptionOption, SourceUri
+from grabbergui.core.uri import DescriptionOption, SourceUri, proposals
 from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import LinkState, OpenSource
@@ -249,10 +247,14 @@ class SourceListModel:
 
 
 def typed_uri(text: str) -> str:
-    """Return the URI that a typed text means: an IP address alone is that of a GigE Vision camera."""
-    with suppress(ValueError):
-        return f"{sources.SourceKind.GIGE.value}:{IPv4Address(text.strip())}"
-    return text
+    """Return the URI that a typed text means.
+
+    The kind may be left out if the text has the form of only one: an IP address is that of a GigE Vision
+    camera. A file may be typed as it is called.
+    """
+    meant = proposals(text.strip())
+    uri = meant[0] if len(meant) == 1 else text
+    return str(sources.literal_file(uri) or uri)
 
 
 def _is_usable(uri: str) -> bool:

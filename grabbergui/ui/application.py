@@ -7,9 +7,11 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from PyQt5.QtCore import (
     QCoreApplication,
+    QLibraryInfo,
     Qt,
     QTimer,
 )
@@ -34,6 +36,7 @@ def application() -> QApplication:
     if isinstance(running, QApplication):
         return running
     require_display()
+    require_platform()
     log_qt_messages()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
@@ -53,6 +56,32 @@ def require_display() -> None:
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
         raise SourceUnavailableError(
             "there is no display for a window; leave out --window, or add --headless, or --offscreen to `gui`"
+        )
+
+
+_NEEDED = {"xcb": "DISPLAY", "wayland": "WAYLAND_DISPLAY", "wayland-egl": "WAYLAND_DISPLAY"}
+"The variable that a platform needs."
+
+
+def require_platform() -> None:
+    """Raise SourceUnavailableError if Qt would abort, as QT_QPA_PLATFORM names none that it can use."""
+    wanted = os.environ.get("QT_QPA_PLATFORM", "")
+    if not wanted or os.environ.get("QT_QPA_PLATFORM_PLUGIN_PATH"):
+        return
+    folder = Path(QLibraryInfo.location(QLibraryInfo.LibraryLocation.PluginsPath)) / "platforms"
+    known = sorted(file.stem.removeprefix("libq") for file in folder.glob("libq*.so"))
+    names = [name.partition(":")[0] for name in wanted.split(";")]
+    present = [name for name in names if name in known]
+    if known and not present:
+        raise SourceUnavailableError(
+            f"QT_QPA_PLATFORM={wanted}: Qt has no such platform; unset the variable, or set it to one of "
+            f"{', '.join(known)}"
+        )
+    needed = [_NEEDED.get(name, "") for name in present]
+    if needed and all(variable and not os.environ.get(variable) for variable in needed):
+        raise SourceUnavailableError(
+            f"QT_QPA_PLATFORM={wanted} needs a display, and {needed[0]} is not set; unset the first one, "
+            "or set it to offscreen"
         )
 
 

@@ -39,6 +39,11 @@ class Preferences:
         """Return the preferences of the user who runs the program."""
         return cls(QSettings("grabbergui", "grabbergui"))
 
+    @property
+    def unwritable(self) -> str:
+        """The file in which preferences cannot be kept; empty if they can."""
+        return "" if self._store is None or self._store.isWritable() else self._store.fileName()
+
     def look_for_now(self, theme: Theme) -> None:
         """Use this theme for this run only, until another is chosen."""
         self._look = theme

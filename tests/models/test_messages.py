@@ -155,3 +155,10 @@ def test_memory_is_bounded(stage):
 )  # fmt: skip
 def test_a_message_begins_with_a_capital_unless_it_begins_with_a_name(text, sentence):
     assert UserMessage(text).sentence == sentence
+
+
+def test_the_cause_comes_first_where_a_line_is_cut():
+    """Of the most important words only "…is ful…" was seen."""
+    message = UserMessage("/home/user/pictures/a.tiff could not be written: the disk is full")
+    assert message.cause_first == "The disk is full: /home/user/pictures/a.tiff could not be written"
+    assert UserMessage("saved").cause_first == "Saved"

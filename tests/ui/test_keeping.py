@@ -30,7 +30,7 @@ def app(make_app):
 def rows(report):
     table = report.table
     items = [table.topLevelItem(index) for index in range(table.topLevelItemCount())]
-    return {item.text(0): item.text(3) for item in items if not item.isHidden()}
+    return {item.text(0): item.text(4) for item in items if not item.isHidden()}
 
 
 def test_settings_are_saved_changed_loaded_and_rolled_back(app, tmp_path):
@@ -41,6 +41,12 @@ def test_settings_are_saved_changed_loaded_and_rolled_back(app, tmp_path):
     keeping.load(path)
     app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "written"}
+    table = keeping.report.table
+    headers = [table.headerItem().text(column) for column in range(1, 4)]
+    gain = next(table.topLevelItem(row) for row in range(table.topLevelItemCount())
+                if table.topLevelItem(row).text(0) == "Gain")  # fmt: skip
+    assert headers == ["Before", "File", "Now"] and not table.isColumnHidden(3)
+    assert [gain.text(column) for column in range(1, 4)] == ["6 dB", "0 dB", "0 dB"]
     assert app.grabber.feature("Gain").value == 0
     keeping.report.equalBox.click()
     assert "equal" in rows(keeping.report).values()
@@ -125,7 +131,7 @@ def test_loading_waits_for_the_last_write_of_a_slider(app, tmp_path):
     keeping.load(path)
     app.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "written"}
-    assert keeping.report.table.topLevelItem(0).text(1) == "12"
+    assert keeping.report.table.topLevelItem(0).text(1) == "12 dB"
     assert not features._throttle.waiting()
     assert app.grabber.feature("Gain").value == 3
 
@@ -375,6 +381,7 @@ def test_two_files_are_compared_and_the_difference_is_applied(app, tmp_path):
         values = {SettingKey("Gain"): gain, SettingKey("Gamma"): gamma, SettingKey("Width"): 320}
         files.save(FeatureSet(values), path)
     keeping.compare_files(first, second)
+    app.until(lambda: keeping.difference)
     dialog = keeping.difference
     table = dialog.table
     items = [table.topLevelItem(index) for index in range(table.topLevelItemCount())]
@@ -392,12 +399,27 @@ def test_two_files_are_compared_and_the_difference_is_applied(app, tmp_path):
     app.until(lambda: any("nothing.yaml" in text for text in app.errors))
 
 
+def test_files_are_not_read_in_the_gui_thread(app, tmp_path, monkeypatch):
+    """Reading 64,000 lines there took five seconds."""
+    threads, load = [], files.load
+    monkeypatch.setattr(
+        files, "load", lambda *given: threads.append(threading.current_thread()) or load(*given)
+    )
+    path = tmp_path / "a.yaml"
+    files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
+    app.program.settings_files.compare_files(path, path)
+    app.until(lambda: app.program.settings_files.difference)
+    assert len(threads) == 2 and threading.main_thread() not in threads
+    app.program.settings_files.difference.close()
+
+
 def test_without_a_camera_files_are_compared_all_the_same(make_app, tmp_path):
     app = make_app()
     paths = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
     for path in paths:
         files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
     app.program.settings_files.compare_files(*paths)
+    app.until(lambda: app.program.settings_files.difference)
     dialog = app.program.settings_files.difference
     assert "no difference" in dialog.headline.text()
     assert not dialog.firstButton.isVisible()
@@ -466,6 +488,7 @@ def test_invalid_lines_of_files_that_are_compared_are_listed(make_app, tmp_path)
     whole.write_text("features:\n  Gain: 1.0\n")
     damaged.write_text("features:\n  Gain: 1.0\n  Gamma: [1\n")
     app.program.settings_files.compare_files(whole, damaged)
+    app.until(lambda: app.program.settings_files.difference)
     dialog = app.program.settings_files.difference
     rows = [dialog.table.topLevelItem(row).text(0) for row in range(dialog.table.topLevelItemCount())]
     assert [row.startswith(f"{damaged}, line 3: ") for row in rows] == [True]

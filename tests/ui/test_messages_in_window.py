@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QApplication, QScrollArea, QToolButton
 from grabbergui.models.messages import Offer, Severity, UserMessage
 from grabbergui.ui.tab_order import reading_order
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
+from grabbergui.ui.widgets.message_line import MessageLine
 from grabbergui.ui.widgets.messages import MessageBar
 
 
@@ -149,3 +150,15 @@ def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(a
     app.qtbot.mouseClick(window.messages.closeButton, Qt.LeftButton)
     app.until(lambda: not window.messages.messages)
     assert not isinstance(QApplication.focusWidget(), QToolButton)
+
+
+def test_a_line_that_is_cut_shows_the_cause(qtbot):
+    line = MessageLine()
+    qtbot.addWidget(line)
+    line.resize(360, 30)
+    text = "/home/user/pictures/of/the/left/camera/image_000123.tiff could not be written: the disk is full"
+    line.setMessages([UserMessage(text, Severity.ERROR)])
+    line.show()
+    assert line.textLabel.shown.startswith("The disk is full: ")
+    line.resize(2000, 30)
+    assert line.textLabel.shown == text

@@ -123,6 +123,25 @@ def test_levels_are_fitted_to_a_dark_image_of_twelve_bits(make_app):
     assert app.program.image.settings.levels.neutral
 
 
+def test_a_line_can_be_drawn_as_soon_as_the_profile_is_opened(make_app):
+    """ "Draw a line" was the hint, and a drag moved the image."""
+    app = make_app()
+    app.connect("sim:?width=320&height=240")
+    app.watch()
+    app.window.profileDock.show()
+    app.window.profileDock.raise_()
+    app.until(lambda: app.window.image.drawing.purpose is Purpose.PROFILE_LINE)
+
+
+def test_pause_is_grey_while_the_camera_is_stopped(make_app):
+    app = make_app()
+    app.connect("sim:?width=320&height=240")
+    app.window.actionStop.trigger()
+    app.until(lambda: not app.window.actionPause.isEnabled())
+    app.window.actionStart.trigger()
+    app.until(app.window.actionPause.isEnabled)
+
+
 def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(make_app):
     app = make_app()
     app.connect("sim:?pixel_format=BayerRG12&width=320&height=240")

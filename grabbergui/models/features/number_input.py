@@ -103,7 +103,14 @@ def _without_unit(text: str, unit: str) -> tuple[str, int]:
     return text, 0
 
 
+_GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:(?:,[0-9]{3})+\.[0-9]*|(?:\.[0-9]{3})+,[0-9]*)")
+"""Thousands apart from each other by one separator, and a fraction behind the other one."""
+
+
 def _fraction(text: str) -> float:
+    if _GROUPED.fullmatch(text):
+        grouping = "," if text.index(",") < text.index(".") else "."
+        text = text.replace(grouping, "")
     number = float(text if "." in text else text.replace(",", ".", 1))
     if math.isnan(number):
         raise ValueError("not a number")

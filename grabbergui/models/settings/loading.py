@@ -73,6 +73,8 @@ class SettingReport:
     after: FeatureValue | None = None
     reason: str = ""
     "Why the camera does not have the wanted value, as display text."
+    unit: str = ""
+    "Of the values."
 
     def __str__(self) -> str:
         change = f"{format_value(self.before)} → {format_value(self.wanted)}"
@@ -187,6 +189,7 @@ class _Loading:
     cancelled: threading.Event
     pending: dict[SettingKey, FeatureValue] = field(default_factory=dict)
     _reports: dict[SettingKey, SettingReport] = field(default_factory=dict)
+    _units: dict[str, str] = field(default_factory=dict)
 
     def compare(self, progress: Progress) -> None:
         """Sort every setting into equal, left alone, refused, or pending."""
@@ -206,7 +209,8 @@ class _Loading:
                 unknown += 1
             if outcome in PENDING:
                 self.pending[key] = wanted
-            self._reports[key] = SettingReport(key, wanted, outcome, value, value, reason)
+            unit = self._units.get(key.name, "")
+            self._reports[key] = SettingReport(key, wanted, outcome, value, value, reason, unit)
             progress(done, len(self.features))
 
     def write(self, progress: Progress) -> None:
@@ -263,7 +267,7 @@ class _Loading:
     def _compared(
         self, key: SettingKey, wanted: FeatureValue
     ) -> tuple[SettingOutcome, FeatureValue | None, str]:
-        self.grabber.feature(key.name)  # raises if the camera lacks it
+        self._units[key.name] = self.grabber.feature(key.name).unit  # raises if the camera lacks it
         try:
             feature = self.grabber.read_setting(key)
         except FeatureError as error:
@@ -324,7 +328,7 @@ class _Loading:
 def _replaced(
     report: SettingReport, outcome: SettingOutcome, after: FeatureValue | None, reason: str
 ) -> SettingReport:
-    return SettingReport(report.key, report.wanted, outcome, report.before, after, reason)
+    return SettingReport(report.key, report.wanted, outcome, report.before, after, reason, report.unit)
 
 
 def _refusal(feature: Feature, wanted: FeatureValue) -> SettingOutcome:

@@ -82,8 +82,11 @@ class MeasuringController(QObject):
         marks.setShape(Mark.PROFILE, self._seen_line(line, frame) if line and frame else None)
 
     def _on_dock_seen(self, dock: QDockWidget, seen: bool) -> None:
+        opened = seen and not self._seen_docks[dock]
         self._seen_docks[dock] = seen
         self._update_wanted()
+        if opened and dock is self._panels.profileDock and self._line is None and not self._view.empty:
+            self._view.draw(Purpose.PROFILE_LINE)  # as its hint asks for a line
 
     def _update_wanted(self) -> None:
         panels, seen = self._panels, self._seen_docks

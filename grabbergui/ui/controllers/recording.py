@@ -208,7 +208,9 @@ class PauseController(QObject):
             self._actions.actionPause.setChecked(False)
         actions = self._actions
         for action in (actions.actionPause, actions.actionStepBack, actions.actionStepForward):
-            set_available(action, None if state is LinkState.LOST else lack_of(self._open_sources.current))
+            pauses = action is actions.actionPause and not action.isChecked()
+            lack = lack_of(self._open_sources.current, stream=pauses)
+            set_available(action, None if state is LinkState.LOST else lack)
 
 
 def _seconds(frame: Frame, newest: Frame) -> float:

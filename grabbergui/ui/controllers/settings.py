@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from grabbergui.models.language import counted
 from grabbergui.models.open_source import Lack, OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
+from grabbergui.models.settings.feature_set import Difference, FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
 from grabbergui.models.settings.user_sets import (
     UserSet,
@@ -34,6 +34,7 @@ from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording.opening import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.camera_work import CameraWork
+from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
@@ -58,6 +59,7 @@ class SettingsFilesController(QObject):
         self._files = files
         self._messages = messages
         self._open_sources = open_sources
+        self._bridge = Bridge(self)
         self._kinds = self.tr("Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
         self._work = work
         self.report: SettingsReport | None = None
@@ -209,23 +211,34 @@ class SettingsFilesController(QObject):
         self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title, source=source)
 
     def compare_files(self, first: Path, second: Path) -> None:
-        """Show the differences of two files, and offer to load either."""
+        """Read two files on a thread of its own, show their differences, and offer to load either."""
         source = self._open_sources.current
         selectors_of = (
             source.tracked_grabber.selectors_of
             if source is not None and source.tracked_grabber is not None
             else None
         )
-        try:
-            one, other = (files.load(path, selectors_of) for path in (first, second))
-        except GrabberError as error:
-            self._messages.error(error_text(error))
-            return
+
+        def read() -> None:
+            try:
+                one, other = (files.load(path, selectors_of) for path in (first, second))
+                differences = compare(one, other)
+            except GrabberError as error:
+                self._bridge.call(partial(self._messages.error, error_text(error)))
+            else:
+                names = first.name, second.name
+                self._bridge.call(partial(self._show_difference, names, one, other, differences))
+
+        threading.Thread(target=read, name="compare settings", daemon=True).start()
+
+    def _show_difference(
+        self, names: tuple[str, str], one: FeatureSet, other: FeatureSet, differences: Sequence[Difference]
+    ) -> None:
         dialog = SettingsDifference(self._window)
-        names, lost_lines = (first.name, second.name), (*one.lost_lines, *other.lost_lines)
-        dialog.setDifferences(names, compare(one, other), source is not None, lost_lines)
-        dialog.firstRequested.connect(partial(self._load, first.name, lambda _: one))
-        dialog.secondRequested.connect(partial(self._load, second.name, lambda _: other))
+        lost_lines = (*one.lost_lines, *other.lost_lines)
+        dialog.setDifferences(names, differences, self._open_sources.current is not None, lost_lines)
+        dialog.firstRequested.connect(partial(self._load, names[0], lambda _: one))
+        dialog.secondRequested.connect(partial(self._load, names[1], lambda _: other))
         dialog.finished.connect(self._on_difference_finished)
         self.difference = dialog
         dialog.open()

@@ -21,7 +21,7 @@ from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.log_book import LogBook
 from grabbergui.models.markup import markup
 from grabbergui.models.measuring import MeasuringModel
-from grabbergui.models.messages import MessageModel
+from grabbergui.models.messages import MessageModel, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.recording import Recordings
 from grabbergui.models.sharing import Sharing
@@ -185,6 +185,9 @@ class Program(QObject):
         self._down = False
         self._join()
         self._restore()
+        if file := preferences.unwritable:
+            text = self.tr("{0} cannot be written: the window will forget its arrangement and your choices")
+            self.messages.post(UserMessage(text.format(file), Severity.WARNING))
 
     def begin(self, uri: str | None) -> None:
         """Connect to a source where one is named, and look for others once its first image is painted.

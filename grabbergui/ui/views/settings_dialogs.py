@@ -17,6 +17,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.settings import SettingKey
+from grabbergui.models.features.number_text import quantity_text
 from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, SettingOutcome
@@ -66,23 +67,25 @@ class SettingsReport(QDialog):
         self.rollBackButton.setVisible(report.written > 0)
         self.table.clear()
         for setting in report.settings:
-            texts = (format_value(setting.before), format_value(setting.wanted))
+            values = (setting.before, setting.wanted, setting.after)
+            texts = [_with_unit(value, setting.unit) for value in values]
             row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
-            set_cell_tooltip(row, 4, setting.reason)
+            set_cell_tooltip(row, 5, setting.reason)
             row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is SettingOutcome.EQUAL)
             if setting.outcome in PENDING:
                 _make_checkable(row, setting.key)
             if setting.outcome not in SETTLED:
-                font = row.font(3)
+                font = row.font(4)
                 font.setBold(True)
-                row.setFont(3, font)
+                row.setFont(4, font)
             self.table.addTopLevelItem(row)
         for line in report.lost_lines:
-            row = QTreeWidgetItem(["", "", "", self.tr("not a setting"), line])
-            set_cell_tooltip(row, 4, line)
+            row = QTreeWidgetItem(["", "", "", "", self.tr("not a setting"), line])
+            set_cell_tooltip(row, 5, line)
             self.table.addTopLevelItem(row)
         self._show_equal(self.equalBox.isChecked())
-        for column in range(4):
+        self.table.setColumnHidden(3, report.count(*PENDING) > 0 or not report.written)
+        for column in range(5):
             self.table.resizeColumnToContents(column)
         self.table.setColumnWidth(0, self.table.columnWidth(0) + _TICK_WIDTH)
 
@@ -118,6 +121,13 @@ class SettingsReport(QDialog):
     def _on_roll_back_clicked(self) -> None:
         self.rollBackRequested.emit()
         self.close()
+
+
+def _with_unit(value: FeatureValue | None, unit: str) -> str:
+    """Return a value with the unit of its feature; empty without a value."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not unit:
+        return format_value(value)
+    return quantity_text(value, unit, shown_in=unit)
 
 
 NAME_WIDTH = 160

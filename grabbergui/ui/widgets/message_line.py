@@ -120,7 +120,8 @@ class MessageLine(QFrame):
             self.iconLabel.setPixmap(icon_pixmap(_ICONS[self._messages[0].severity], self, 18))
 
     def _show(self, message: UserMessage | None) -> None:
-        self.textLabel.setText(message.sentence if message is not None else "")
+        texts = (message.sentence, message.cause_first) if message is not None else ("",)
+        self.textLabel.setTexts(*texts)
         self.setAccessibleName(self.textLabel.text())
         _fill_offers(self.offersLayout, message.offers if message is not None else ())
         if message is not None:

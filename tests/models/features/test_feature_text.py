@@ -261,3 +261,17 @@ def test_the_unit_that_was_shown_is_kept_where_it_suits_the_number(number, befor
 )
 def test_the_unit_of_a_typed_text_is_recognised(text, unit, typed):
     assert typed_unit(text, unit) == typed
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("1,000.5", 1000.5), ("1.000,5", 1000.5), ("-12,345,678.25", -12345678.25), ("1,5", 1.5), ("1.5", 1.5)],
+)
+def test_thousands_may_be_set_apart(text, number):
+    assert parse_number(text, FLOAT) == number
+
+
+@pytest.mark.parametrize("text", ["1,00.5", "1.000.5", "1,000,5", ",000.5", "1,0000.5"])
+def test_separators_in_other_places_are_refused(text):
+    with pytest.raises(ValueError):
+        parse_number(text, FLOAT)

@@ -77,7 +77,7 @@ def test_only_what_a_number_can_be_may_be_typed(take, qtbot):
     assert gain.text() == "7.5 dB"
 
 
-@pytest.mark.parametrize("typed", ["1/60", "1.000,5", "2 Hz", "20O", "1 2"])
+@pytest.mark.parametrize("typed", ["1/60", "2 Hz", "20O", "1 2"])
 def test_what_is_no_number_is_refused_as_a_whole(take, qtbot, typed):
     """Without the keys that no number has, 1/60 would be 160."""
     hand = take(EXPOSURE)
@@ -262,6 +262,16 @@ def test_64_bit_integers_keep_every_digit(take, qtbot):
     qtbot.keyClicks(field, "9223372036854775807")
     qtbot.keyClick(field, Qt.Key_Return)
     assert hand.values[-1] == 2**63 - 1
+
+
+def test_a_number_beyond_64_bits_is_not_limited_in_silence(take, qtbot):
+    hand = take(WIDE)
+    field = hand.editor.field
+    qtbot.keyClick(field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(field, str(2**63))
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values[-1] == 2**63 - 1
+    assert hand.hints == ["At most 9223372036854775807"]
 
 
 def test_fractions_keep_every_digit_typed(take, qtbot):
