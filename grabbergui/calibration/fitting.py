@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from grabbergui.calibration.camera_info import load_for, save
 from grabbergui.calibration.frame_geometry import GeometryReader, Pair, pair_of
-from grabbergui.core.calibration import Calibration
+from grabbergui.core.calibration import Calibration, FrameCalibration
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -20,21 +20,6 @@ log = logging.getLogger(__name__)
 _NONE = "the camera has no calibration; serve it with --calibration FILE"
 _SHAPE_TOLERANCE = 0.01
 """Relative difference of aspect ratios up to which images count as the same, scaled."""
-
-
-@dataclass(frozen=True, eq=False)
-class FrameCalibration:
-    """The calibration of a frame, in the two forms in which it is passed on."""
-
-    image: Calibration
-    "Of the frame itself: fitted to its region and binning."
-    full: Calibration
-    """Of the images that were calibrated, or of the whole sensor without binning: what the matrices of a
-    sensor_msgs/CameraInfo describe."""
-    region: tuple[int, int, int, int] | None = None
-    "The frame in the images of `full`: column, row, width, height; None for all of it."
-    binning: Pair | None = None
-    "Pixels of `full` for each pixel of the frame; None without binning."
 
 
 class FittedCalibration:

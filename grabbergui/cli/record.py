@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import PartialResultError
 from grabbergui.cli.arguments import (
@@ -16,13 +16,18 @@ from grabbergui.cli.arguments import (
 )
 from grabbergui.cli.awaited_source import add_options, awaited_source
 from grabbergui.cli.process import progress_note, stop_on_signals
-from grabbergui.core.environment import check_folder_of
+from grabbergui.core.environment import check_folder_of, find_file
 from grabbergui.core.errors import (
     GrabberError,
+    UsageError,
 )
 from grabbergui.core.visible_text import print_json, print_line
-from grabbergui.recording.kinds import CODECS, kind_of
+from grabbergui.recording.kinds import CODECS, RecordingKind, kind_of
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress, create_recorder
+
+if TYPE_CHECKING:
+    from grabbergui.core.grabber import FrameGrabber
+    from grabbergui.recording.writer import CalibrationOf
 
 _POLL = 0.1
 "Seconds between checks whether the user or the recording has ended."
@@ -53,6 +58,12 @@ def add_commands(commands: Any) -> None:
         help="codec of a movie: h264 (default), ffv1 (lossless)",
     )
     parser.add_argument("--tiff", action="store_true", help="in a folder: TIFF, larger and faster than PNG")
+    parser.add_argument(
+        "--bag", action="store_true", help="a folder as of `ros2 bag record`: messages.mcap and metadata.yaml"
+    )
+    parser.add_argument(
+        "--calibration", type=Path, metavar="FILE", help="camera_info YAML, for .mcap and --bag"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_record)
 
@@ -63,14 +74,33 @@ def _so_far(progress: RecordingProgress) -> str:
     return f"{counted(progress.frames, 'frame')} in {progress.seconds:.1f} s, {size}{dropped}; Ctrl-C ends it"
 
 
+def _calibration(
+    grabber: FrameGrabber, kind: RecordingKind, options: argparse.Namespace
+) -> CalibrationOf | None:
+    """Return the given calibration for each frame; None for that of the source. Raises UsageError."""
+    from grabbergui.calibration.camera_info import load_for
+    from grabbergui.calibration.fitting import FittedCalibration
+
+    if options.calibration is None:
+        return None
+    if kind not in (RecordingKind.MCAP, RecordingKind.BAG):
+        raise UsageError(f"--calibration: only .mcap and --bag have a place for it, not {options.out}")
+    fitted = FittedCalibration(grabber)
+    fitted.calibration = load_for(grabber.info, find_file(options.calibration, "calibration"))
+    return fitted.forms
+
+
 def _record(options: argparse.Namespace) -> int:
     check_folder_of(options.out)
-    kind = kind_of(options.out, codec=options.codec, lossless=options.lossless, tiff=options.tiff)
+    kind = kind_of(
+        options.out, codec=options.codec, lossless=options.lossless, tiff=options.tiff, bag=options.bag
+    )
     size = None if options.size is None else options.size * 1e6
     limits = RecordingLimits(options.frames, options.seconds, size)
     with awaited_source(options) as source, stop_on_signals() as stop:
         grabber = source.grabber
-        recorder = create_recorder(grabber, options.out, kind, limits)
+        calibration = _calibration(grabber, kind, options)
+        recorder = create_recorder(grabber, options.out, kind, limits, calibration)
         recorder.start()
         failure: GrabberError | None = None
         try:

@@ -223,6 +223,21 @@ class Calibration:
         return replace(self, width=width, height=height, matrix=matrix, rectified=rectified, geometry=None)
 
 
+@dataclass(frozen=True, eq=False)
+class FrameCalibration:
+    """The calibration of a frame, in the two forms in which it is passed on."""
+
+    image: Calibration
+    "Of the frame itself: fitted to its region and binning."
+    full: Calibration
+    """Of the images that were calibrated, or of the whole sensor without binning: what the matrices of a
+    sensor_msgs/CameraInfo describe."""
+    region: tuple[int, int, int, int] | None = None
+    "The frame in the images of `full`: column, row, width, height; None for all of it."
+    binning: tuple[int, int] | None = None
+    "Pixels of `full` for each pixel of the frame; None without binning."
+
+
 def _angle(centre: float, pixels: int, focal: float) -> float:
     """Return the degrees that a row of `pixels` spans, from the first pixel's outer edge to the last's."""
     before, after = centre + 0.5, pixels - 0.5 - centre

@@ -27,6 +27,8 @@ class RecordingKind(Enum):
     "One NumPy array of all frames."
     MCAP = "mcap"
     "Uncompressed ROS 2 messages, for Foxglove and `ros2 bag`."
+    BAG = "bag"
+    "The same in a folder with `metadata.yaml`, as `ros2 bag record` makes it."
 
     @property
     def suffix(self) -> str:
@@ -67,14 +69,23 @@ _NOT_WRITTEN = frozenset(
 
 
 def kind_of(
-    path: Path, *, codec: str | None = None, lossless: bool = False, tiff: bool = False
+    path: Path,
+    *,
+    codec: str | None = None,
+    lossless: bool = False,
+    tiff: bool = False,
+    bag: bool = False,
 ) -> RecordingKind:
     """Return the kind for a path's suffix: a movie, MCAP, one TIFF or NumPy array, or a folder of PNG.
 
-    `codec` is one of CODECS, h264 by default; `codec` and `lossless` are for a movie, `tiff` for a folder.
-    Raises UsageError.
+    `codec` is one of CODECS, h264 by default; `codec` and `lossless` are for a movie, `tiff` and `bag` for a
+    folder. Raises UsageError.
     """
     suffix = path.suffix.lower()
+    if bag:
+        if suffix or tiff or lossless or codec is not None:
+            raise UsageError(f"bag is for a folder of ROS 2 messages, and the only option; {path} is not one")
+        return RecordingKind.BAG
     if suffix in _NOT_WRITTEN:
         raise UsageError(f"{path}: recordings are .mp4, .mcap, .tiff, .npy, or a folder (no ending)")
     if tiff and suffix in (".mp4", ".mcap", ".npy"):

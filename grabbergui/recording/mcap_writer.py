@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from mcap.writer import CompressionType, Writer
 from typing_extensions import override
 
 from grabbergui.core import ros_image
+from grabbergui.core.calibration import FrameCalibration
+from grabbergui.core.camera_info_message import NAME, CameraInfoFields, fill_camera_info
 from grabbergui.core.component import Component, own_component
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import PixelFormatError
@@ -21,9 +24,18 @@ from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.ros_encodings import encoding_of
 from grabbergui.core.ros_image import RosImage
 from grabbergui.recording.mcap_file import SCAN_METADATA
-from grabbergui.recording.ros_recording import BESIDE_KEY, DEVICE_TIME, NOTE
+from grabbergui.recording.ros_recording import BESIDE_KEY, CAMERA_INFO, DEVICE_TIME, NOTE
 from grabbergui.recording.stored_frames import note_of, unpacked
-from grabbergui.recording.writer import RecordingWriter
+from grabbergui.recording.writer import CalibrationOf, RecordingWriter
+
+
+@dataclass
+class RecordedTopic:
+    """A topic of a recording, and how much was written there."""
+
+    topic: str
+    type: str
+    messages: int = 0
 
 
 class McapWriter(RecordingWriter):
@@ -40,8 +52,22 @@ class McapWriter(RecordingWriter):
     frame_id = "camera"
     "In the headers of their images."
 
-    def __init__(self, path: Path, info: DeviceInfo, scan: Scan3d | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        info: DeviceInfo,
+        scan: Scan3d | None = None,
+        calibration: CalibrationOf = lambda frame: None,
+    ) -> None:
+        """`calibration` returns that of a frame, for `camera_info`."""
         self.path = path
+        self._calibration = calibration
+        self._info: tuple[FrameCalibration | None, CameraInfoFields] = (None, CameraInfoFields())
+        "The newest calibration and its message."
+        self.topics: dict[int, RecordedTopic] = {}
+        "What was written, by channel."
+        self.times = (0, 0)
+        "Times of the first and last message, nanoseconds."
         self._source = _utf8(info.title)
         self._file: BufferedWriter = path.open("xb")
         # A chunk ends after each image, so that the file is always readable and nothing is copied twice.
@@ -77,6 +103,10 @@ class McapWriter(RecordingWriter):
             if note.chunks or not note.complete or note.offset_x or note.offset_y:
                 channel = self._channel_below(NOTE, ros_image.STRING_NAME, ros_image.STRING_DEFINITION)
                 self._add(channel, frame, ros_image.encode_string(note.line()))
+            if (calibration := self._calibration(frame)) is not None:
+                topic = f"/{self.camera}/{CAMERA_INFO}"
+                channel = self._channel_of(topic, NAME, ros_image.CAMERA_INFO_DEFINITION)
+                self._add(channel, frame, self._camera_info(frame, calibration))
             for channel, message in messages:
                 self._add(channel, frame, message)
             self._writer.flush()  # type: ignore[no-untyped-call]
@@ -99,9 +129,22 @@ class McapWriter(RecordingWriter):
     def size(self) -> int:
         return self._file.tell() if not self._file.closed else self.path.stat().st_size
 
+    def _camera_info(self, frame: Frame, calibration: FrameCalibration) -> bytes:
+        known, fields = self._info
+        if known is not calibration:
+            fields = CameraInfoFields()
+            fill_camera_info(fields, calibration)
+            self._info = calibration, fields
+        fields.stamp_ns, fields.frame_id = frame.received_ns, self.frame_id
+        return fields.encode()
+
     def _add(self, channel: int, frame: Frame, message: bytes) -> None:
-        sequence = frame.frame_id & 0xFFFF_FFFF
-        self._writer.add_message(channel, frame.received_ns, message, frame.received_ns, sequence)
+        self._add_at(channel, frame.received_ns, message, frame.frame_id)
+
+    def _add_at(self, channel: int, time_ns: int, message: bytes, sequence: int) -> None:
+        self.topics[channel].messages += 1
+        self.times = self.times[0] or time_ns, time_ns
+        self._writer.add_message(channel, time_ns, message, time_ns, sequence & 0xFFFF_FFFF)
 
     def _time_of(self, frame: Frame) -> bytes:
         return ros_image.encode_time_reference(
@@ -136,17 +179,13 @@ class McapWriter(RecordingWriter):
                 topic = f"/{self.camera}/{part.kind.name.lower()}_{index}/image_raw"
         key = (topic, *metadata.values())
         if key not in self._channels:
-            channel = self._writer.register_channel(topic, "cdr", self._image_schema, metadata)
-            self._channels[key] = int(channel)
+            self._channels[key] = self._register(topic, ros_image.IMAGE_NAME, self._image_schema, metadata)
         return self._channels[key]
 
     def write_text(self, topic: str, text: str, time_ns: int, sequence: int) -> None:
         """Write a `std_msgs/msg/String` and flush it. Raises OSError."""
-        if (topic,) not in self._channels:
-            schema = self._schema(ros_image.STRING_NAME, ros_image.STRING_DEFINITION)
-            self._channels[(topic,)] = int(self._writer.register_channel(topic, "cdr", schema))
-        channel, message = self._channels[(topic,)], ros_image.encode_string(text)
-        self._writer.add_message(channel, time_ns, message, time_ns, sequence & 0xFFFF_FFFF)
+        channel = self._channel_of(topic, ros_image.STRING_NAME, ros_image.STRING_DEFINITION)
+        self._add_at(channel, time_ns, ros_image.encode_string(text), sequence)
         self._writer.flush()  # type: ignore[no-untyped-call]
 
     def add_camera(self, name: str, info: DeviceInfo) -> None:
@@ -156,11 +195,18 @@ class McapWriter(RecordingWriter):
 
     def _channel_below(self, suffix: str, name: str, definition: str) -> int:
         """Return the channel of what is known of a frame, on a topic below the images'."""
-        topic = self.topic + suffix
+        return self._channel_of(self.topic + suffix, name, definition)
+
+    def _channel_of(self, topic: str, name: str, definition: str) -> int:
         if (topic,) not in self._channels:
             schema, metadata = self._schema(name, definition), {"offered_qos_profiles": ""}
-            self._channels[(topic,)] = int(self._writer.register_channel(topic, "cdr", schema, metadata))
+            self._channels[(topic,)] = self._register(topic, name, schema, metadata)
         return self._channels[(topic,)]
+
+    def _register(self, topic: str, name: str, schema: int, metadata: dict[str, str]) -> int:
+        channel = int(self._writer.register_channel(topic, "cdr", schema, metadata))
+        self.topics[channel] = RecordedTopic(topic, name)
+        return channel
 
     def _abandon(self, size: int) -> None:
         """Remove the part of a frame that was written before the disk was full."""

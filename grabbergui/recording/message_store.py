@@ -6,12 +6,12 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 
-from grabbergui.core import ros_image
+from grabbergui.core import camera_info_message, ros_image
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import UsageError
 
 IMAGE_TYPES = (ros_image.IMAGE_NAME, ros_image.COMPRESSED_NAME)
-WANTED_TYPES = (*IMAGE_TYPES, ros_image.TIME_NAME, ros_image.STRING_NAME)
+WANTED_TYPES = (*IMAGE_TYPES, ros_image.TIME_NAME, ros_image.STRING_NAME, camera_info_message.NAME)
 "The types of messages that are played, or describe those that are."
 MOST_MESSAGES = 10_000_000
 "Most messages of all topics; a small compressed file could contain any number."

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from typing_extensions import override
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.environment import expanded
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, UsageError
@@ -163,6 +164,8 @@ class PlaybackGrabber(FrameGrabber):
         "Held during start and stop, so that no player starts before the previous one has ended."
         self._player: threading.Thread | None = None
         self._running = False
+        self._calibration: Calibration | None = None
+        "Of the frame delivered last."
         self._shown = -1
         "Index of the frame delivered last; -1 if the one at the position is to be delivered at once."
         self._readable = True
@@ -222,6 +225,10 @@ class PlaybackGrabber(FrameGrabber):
     def recorded_coordinates(self) -> Scan3d | None:
         recording = self._recording
         return recording.scan if recording is not None else None
+
+    @override
+    def calibration(self) -> Calibration | None:
+        return self._calibration
 
     @override
     def feature_tree(self) -> Category:
@@ -362,6 +369,7 @@ class PlaybackGrabber(FrameGrabber):
     def _deliver(self, recording: RecordingReader, index: int) -> None:
         try:
             frame = recording.frame(index, time.time_ns())
+            self._calibration = recording.calibration(index)
         except GrabberError as error:
             self._statistics.incomplete += 1
             if self._readable:  # the disk may be gone, and a notice for each frame would fill another one

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from pathlib import Path
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 
@@ -28,6 +29,10 @@ class RecordingReader(ABC):
     @abstractmethod
     def frame(self, index: int, received_ns: int) -> Frame:
         """Return a frame with the time of receipt `received_ns`. Raises RecordingError."""
+
+    def calibration(self, index: int) -> Calibration | None:
+        """Return the calibration of a frame; None if it was not recorded."""
+        return None
 
     @abstractmethod
     def close(self) -> None:

@@ -11,10 +11,12 @@ import logging
 import threading
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from psygnal import Signal
 
+from grabbergui.core.calibration import FrameCalibration
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.errors import (
     ExistingFileError,
@@ -32,7 +34,7 @@ from grabbergui.core.scan3d import read_scan3d
 from grabbergui.recording.errors import DiskFullError, RecordingError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.opening import playable_frames
-from grabbergui.recording.writer import RecordingWriter
+from grabbergui.recording.writer import CalibrationOf, RecordingWriter
 
 log = logging.getLogger(__name__)
 
@@ -251,11 +253,17 @@ class Recorder:
 
 
 def create_writer(
-    kind: RecordingKind, path: Path, info: DeviceInfo, rate: float = 0.0, scan: Scan3d | None = None
+    kind: RecordingKind,
+    path: Path,
+    info: DeviceInfo,
+    rate: float = 0.0,
+    scan: Scan3d | None = None,
+    calibration: CalibrationOf = lambda frame: None,
 ) -> RecordingWriter:
     """Return a writer of a kind. `rate` is the camera's in Hz, 0 if unknown; `scan` describes 3D data.
 
-    Raises ExistingFileError if the path is taken, RecordingError if it cannot be created.
+    `calibration` returns a frame's, which ROS messages have as camera_info. Raises ExistingFileError if the
+    path is taken, RecordingError if it cannot be created.
     """
     try:
         if path.exists() and not (path.is_dir() and not any(path.iterdir())):
@@ -267,7 +275,11 @@ def create_writer(
         if kind is RecordingKind.MCAP:
             from grabbergui.recording.mcap_writer import McapWriter
 
-            return McapWriter(path, info, scan)
+            return McapWriter(path, info, scan, calibration)
+        if kind is RecordingKind.BAG:
+            from grabbergui.recording.bag_writer import BagWriter
+
+            return BagWriter(path, info, scan, calibration)
         if kind in (RecordingKind.PNG, RecordingKind.TIFF):
             from grabbergui.recording.folder import FolderWriter
 
@@ -291,12 +303,24 @@ def create_writer(
 
 
 def create_recorder(
-    grabber: FrameGrabber, path: Path, kind: RecordingKind, limits: RecordingLimits = UNLIMITED
+    grabber: FrameGrabber,
+    path: Path,
+    kind: RecordingKind,
+    limits: RecordingLimits = UNLIMITED,
+    calibration: CalibrationOf | None = None,
 ) -> Recorder:
     """Return a recorder of a grabber's next frames, not yet started.
 
-    Raises as `create_writer`.
+    `calibration` is by default that which the source reports. Raises as `create_writer`.
     """
     scan = read_scan3d(grabber)
     rate = frame_rate(grabber)
-    return Recorder(grabber, create_writer(kind, path, grabber.info, rate, scan), limits)
+    of = calibration or partial(_reported_calibration, grabber)
+    return Recorder(grabber, create_writer(kind, path, grabber.info, rate, scan, of), limits)
+
+
+def _reported_calibration(grabber: FrameGrabber, frame: Frame) -> FrameCalibration | None:
+    own = grabber.calibration()
+    if own is None or (own.width, own.height) != (frame.width, frame.height):
+        return None
+    return FrameCalibration(own, own)

@@ -10,7 +10,9 @@ from pathlib import Path
 
 from typing_extensions import override
 
-from grabbergui.core import ros_image
+from grabbergui.core import camera_info_message, ros_image
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.camera_info_message import CameraInfoFields, read_camera_info
 from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import PixelFormatError, RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
@@ -22,6 +24,7 @@ from grabbergui.core.ros_image import (
     RosImage,
     decode_string,
     decode_time_reference,
+    plain_topic,
 )
 from grabbergui.core.ros_pictures import Picture, of_compressed, of_image
 from grabbergui.recording.errors import RecordingError
@@ -37,12 +40,16 @@ DEVICE_TIME = "/device_time"
 "Suffix of the topic with the camera's clock, after the images' topic."
 NOTE = "/note"
 "Suffix of the topic with the notes of frames, as in `frames.jsonl`."
+CAMERA_INFO = "camera_info"
+"Last part of the topic with the calibration, beside the images' (image_transport)."
 PIXEL_FORMAT_KEY = "pixel_format"
 "Key in a channel's metadata: the PFNC name, which ROS's encoding does not contain (Mono12 is mono16)."
 BESIDE_KEY = "beside"
 "Key in the metadata of a channel with further components: the topic of their frames."
 ALL_TOPICS = "all"
 "The choice of all topics: the images of the others are further components of a frame."
+INFO_LATE_NS = 1_000_000_000
+"Nanoseconds by which the first camera_info may follow the first image."
 _Key = tuple[int, int]
 "Sequence number and time: the number alone is not unique, as a camera that restarts counts from one again."
 
@@ -85,6 +92,20 @@ class RosRecording(RecordingReader):
         if len(parts) > 1:
             frame = replace(frame, parts=tuple(parts), payload_type=PayloadType.MULTI_PART)
         return frame
+
+    @override
+    def calibration(self, index: int) -> Calibration | None:
+        place = self._images[index]
+        at = bisect_right(self._info_times, place.log_time)
+        if not at and not (self._infos and self._info_times[0] - place.log_time < INFO_LATE_NS):
+            return None
+        info = self._infos[max(at - 1, 0)]
+        try:
+            content = self._stores[info.store].content(info)
+            return read_camera_info(CameraInfoFields.decode(content), self.title)
+        except (RemoteProtocolError, RecordingError, UsageError) as error:
+            log.debug("%s: %s", self.path, error)  # zeros, of a camera that is not calibrated
+            return None
 
     def _image(self, place: Place, index: int, received_ns: int) -> Frame:
         try:
@@ -167,6 +188,11 @@ class RosRecording(RecordingReader):
             {_key(place): place for place in self._by_topic((kind,)).get(topic + suffix, [])}
             for kind, suffix in ((TIME_NAME, DEVICE_TIME), (STRING_NAME, NOTE))
         )
+        beside = f"{plain_topic(topic).rpartition('/')[0]}/{CAMERA_INFO}"
+        self._infos = sorted(
+            self._by_topic((camera_info_message.NAME,)).get(beside, []), key=lambda place: place.log_time
+        )
+        self._info_times = [place.log_time for place in self._infos]
         others = [each for each in frames if each != topic]
         if wanted == ALL_TOPICS:
             for each in others:

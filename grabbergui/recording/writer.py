@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import shutil
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from pathlib import Path
 
+from grabbergui.core.calibration import FrameCalibration
 from grabbergui.core.frame import Frame
+
+CalibrationOf = Callable[[Frame], FrameCalibration | None]
+"""Returns the calibration of a frame, if it is known."""
 
 
 class RecordingWriter(ABC):

@@ -7,8 +7,8 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.calibration_choice import CalibrationChoice
-from grabbergui.calibration.fitting import FrameCalibration
 from grabbergui.calibration.marker_pose import located
+from grabbergui.core.calibration import FrameCalibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.image.rendering import Region
 from grabbergui.models.image.undistortion import distorted_pixel, undistorted
@@ -75,7 +75,7 @@ def test_a_fisheye_lens_is_served_on_both_networks():
     assert [served[f"k{number}"] for number in (1, 2, 3, 4)] == [-0.021, 0.004, -0.003, 0.0005]
     assert "t1" not in served
 
-    messages = pytest.importorskip("grabbergui.net.ros2.image_messages")
+    messages = pytest.importorskip("grabbergui.core.camera_info_message")
     message = type(
         "CameraInfo", (), {"roi": type("Roi", (), {"width": 0, "height": 0}), "binning_x": 0, "binning_y": 0}
     )

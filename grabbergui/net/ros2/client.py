@@ -27,6 +27,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.ros_image import plain_topic
 from grabbergui.core.uri import Ros2Options, SourceUri, read_options
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import (
@@ -34,7 +35,6 @@ from grabbergui.net.ros2.client_link import (
     CameraLink,
     Publisher,
     not_found,
-    plain_topic,
     publishers_of,
     topics_of,
 )

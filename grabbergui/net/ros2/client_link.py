@@ -10,6 +10,7 @@ from typing import Any
 
 from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.core.ros_image import COMPRESSED_ENDS
 from grabbergui.net.remote_grabber import RemoteFeatures, reached_by
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
 from grabbergui.net.ros2.requirements import require_interfaces
@@ -37,8 +38,6 @@ _ASK_TYPE = "grabber_interfaces/srv/Ask"
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
 IMAGE_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE)
-_COMPRESSED = ("/compressedDepth", "/compressed")
-"""Ends of the names of compressed topics, below that of the plain images (image_transport)."""
 _NAMELESS = "_NODE_NAME_UNKNOWN_"
 """The node name that rmw reports for a publisher whose node is not known yet."""
 
@@ -85,14 +84,7 @@ def publishers_of(node: Any, topic: str) -> list[Publisher]:
 def topics_of(name: str) -> list[str]:
     """Return the topics that a camera's name may mean, best first: plain images before compressed ones."""
     plain = [f"{name}/image_raw", f"{name}/image", name]
-    return [*plain, *(f"{topic}{end}" for topic in plain for end in _COMPRESSED)]
-
-
-def plain_topic(topic: str) -> str:
-    """Return the topic of the plain images beside which `camera_info` lies; of a plain one itself."""
-    for end in _COMPRESSED:
-        topic = topic.removesuffix(end)
-    return topic
+    return [*plain, *(f"{topic}{end}" for topic in plain for end in COMPRESSED_ENDS)]
 
 
 def not_found(node: Any, name: str) -> str:

@@ -11,10 +11,12 @@ from itertools import pairwise
 from typing import Any
 
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.camera_info_message import read_camera_info
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter, StreamStatistics
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.ros_image import plain_topic
 from grabbergui.core.scan3d import FollowedScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, WAIT, ComponentJoiner, kind_of
 from grabbergui.net.distances import in_camera_units
@@ -22,11 +24,10 @@ from grabbergui.net.ros2.client_link import (
     COMPRESSED_TYPE,
     IMAGE_TYPE,
     IMAGE_TYPES,
-    plain_topic,
     publishers_of,
 )
 from grabbergui.net.ros2.compressed_images import frame_of_compressed
-from grabbergui.net.ros2.image_messages import Continuity, frame_of, read_camera_info
+from grabbergui.net.ros2.image_messages import Continuity, frame_of
 from grabbergui.net.ros2.runtime import quality_of_service, steady_timer
 
 log = logging.getLogger(__name__)

@@ -18,14 +18,11 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.calibration.fitting import FrameCalibration
 from grabbergui.core import pfnc, ros_encodings, ros_pictures
 from grabbergui.core.calibration import (
-    DISTORTION_LENGTH,
     Calibration,
-    given_projection,
-    given_rectification,
 )
+from grabbergui.core.camera_info_message import read_camera_info
 from grabbergui.core.durations import duration_text
 from grabbergui.core.environment import home
 from grabbergui.core.errors import PixelFormatError, SourceNotFoundError, UsageError
@@ -163,62 +160,6 @@ class Continuity:
 
 def _layout(frame: Frame) -> str:
     return f"{frame.width}×{frame.height} {frame.pixel_format}"
-
-
-DEFAULT_MODEL = "plumb_bob"
-"""Distortion model of a message that names none."""
-
-
-def fill_camera_info(message: Any, forms: FrameCalibration) -> None:
-    """Write a calibration into a message; its header is left alone.
-
-    The matrices are those of the images that were calibrated or of the whole sensor; region and binning say
-    what the frame is of these, as `sensor_msgs/CameraInfo` has it.
-    """
-    calibration = forms.full
-    message.width, message.height = calibration.width, calibration.height
-    message.distortion_model = calibration.distortion_model
-    message.d = [float(value) for value in np.ravel(calibration.distortion)]
-    message.k = [float(value) for value in np.ravel(calibration.matrix)]
-    message.r = [float(value) for value in np.ravel(calibration.rectification)]
-    message.p = [float(value) for value in np.ravel(calibration.projection)]
-    if forms.binning is not None:
-        message.binning_x, message.binning_y = forms.binning
-    if forms.region is not None:
-        region = message.roi
-        region.x_offset, region.y_offset, region.width, region.height = forms.region
-
-
-def read_camera_info(message: Any, name: str) -> Calibration:
-    """Return the calibration in a camera_info message. Raises UsageError if it contains none.
-
-    Its matrix is of the whole sensor; its region and binning, in this order, describe what became of it
-    (`sensor_msgs/CameraInfo`). Zeros mean all of it, unbinned.
-    """
-    matrix = np.array(message.k, float).reshape(3, 3)
-    if not message.width or not message.height or not np.isfinite(matrix).all() or matrix[0, 0] <= 0:
-        raise UsageError("the camera_info holds no calibration: width, height and k must be set")
-    model = message.distortion_model or DEFAULT_MODEL
-    if model not in DISTORTION_LENGTH:
-        known = ", ".join(DISTORTION_LENGTH)
-        raise UsageError(f"the camera_info has distortion model '{model}'; known are {known}")
-    padding = DISTORTION_LENGTH[model] - len(message.d)
-    if padding < 0:
-        raise UsageError(f"the camera_info has {len(message.d)} coefficients, which are too many for {model}")
-    distortion = np.pad(np.array(message.d, float), (0, padding))
-    whole = Calibration(
-        message.width,
-        message.height,
-        matrix,
-        distortion,
-        camera_name=name,
-        rectification=given_rectification(np.array(message.r, float).reshape(3, 3)),
-        rectified=given_projection(np.array(message.p, float).reshape(3, 4)),
-    )
-    region, across, down = message.roi, max(message.binning_x, 1), max(message.binning_y, 1)
-    if region.width and region.height:
-        whole = whole.cut_out(region.x_offset, region.y_offset, region.width, region.height)
-    return whole.binned(across, down) if across * down > 1 else whole
 
 
 DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"

@@ -14,13 +14,13 @@ from typing import Any
 from weakref import WeakKeyDictionary
 
 from grabbergui.calibration.fitting import FittedCalibration
+from grabbergui.core.camera_info_message import fill_camera_info
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.readers import Reader
 from grabbergui.net.ros2.component_topics import ComponentTopics
 from grabbergui.net.ros2.compressed_topics import CompressedTopics
-from grabbergui.net.ros2.image_messages import fill_camera_info
 from grabbergui.net.ros2.image_metadata import FrameMetadata
 from grabbergui.net.ros2.image_writer import ImageWriter
 from grabbergui.net.ros2.runtime import quality_of_service

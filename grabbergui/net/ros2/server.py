@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from grabbergui.calibration.fitting import FittedCalibration
+from grabbergui.core.camera_info_message import read_camera_info
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.readers import Reader
 from grabbergui.net.ros2 import compressed_topics
 from grabbergui.net.ros2.diagnostics import Diagnostics
 from grabbergui.net.ros2.grabber_services import GrabberServices
-from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of, read_camera_info
+from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of
 from grabbergui.net.ros2.image_publisher import ImagePublisher
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.requirements import require_ros2

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from grabbergui.calibration import camera_info
-from grabbergui.calibration.fitting import FrameCalibration, fitted
-from grabbergui.core.calibration import Calibration
+from grabbergui.calibration.fitting import fitted
+from grabbergui.core.calibration import Calibration, FrameCalibration
+from grabbergui.core.camera_info_message import fill_camera_info, read_camera_info
 from grabbergui.core.errors import UsageError
 from grabbergui.core.image_geometry import ImageGeometry
-from grabbergui.net.ros2.image_messages import fill_camera_info, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
 WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))

@@ -23,9 +23,10 @@ from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
 from grabbergui.calibration.fitting import FittedCalibration  # noqa: E402
+from grabbergui.core.camera_info_message import read_camera_info  # noqa: E402
 from grabbergui.core.frame_queue import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.client_link import IMAGE_TYPE  # noqa: E402
-from grabbergui.net.ros2.image_messages import read_camera_info, receive_camera_info  # noqa: E402
+from grabbergui.net.ros2.image_messages import receive_camera_info  # noqa: E402
 from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from lost_camera import away  # noqa: E402
