@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.shown_text import add_to_tooltip, tooltip_of
 
 _PURPOSE = "purpose"
@@ -22,12 +22,12 @@ class _Purpose:
     "A `Markup` if it is rich; as a property of its own it would become a plain text."
 
 
-def set_available(action: QAction | QWidget, lack: Lack | str | None) -> None:
+def set_available(action: QAction | QWidget, reason: Unavailable | str | None) -> None:
     """Enable an action or a control, or disable it and give the reason, if any, in its tooltip."""
     purpose = action.property(_PURPOSE)
     if purpose is None:
         purpose = _Purpose(tooltip_of(action))
         action.setProperty(_PURPOSE, purpose)
-    reason = lack.text if isinstance(lack, Lack) else lack or ""
+    reason = reason.text if isinstance(reason, Unavailable) else reason or ""
     action.setEnabled(not reason)
     add_to_tooltip(action, purpose.tooltip, reason)

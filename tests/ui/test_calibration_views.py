@@ -14,7 +14,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import BoardPreview, camera_name
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.controllers.calibration_dialogs import CalibratingController, CalibrationChooser
 from grabbergui.ui.views.calibration_dialogs import (
     CalibrationChoiceDialog,
@@ -69,7 +69,7 @@ def test_progress_coverage_and_hint_are_shown(dialog):
     coverage = Coverage()
     coverage.cells[:3] = 5
     coverage.tilts[1, 2] = coverage.sizes[2] = 1
-    assert dialog.backButton.toolTip() == Lack.PAGE.text
+    assert dialog.backButton.toolTip() == Unavailable.PAGE.text
     dialog.setStep(CalibrationPage.VIEWS)
     assert dialog.backButton.isEnabled() and not dialog.backButton.toolTip()
     dialog.setPreview(preview(ViewVerdict.KEPT, 4, "Next: hold it at the top left", coverage), 20)
@@ -77,7 +77,7 @@ def test_progress_coverage_and_hint_are_shown(dialog):
     assert dialog.hintLabel.text() == "Next: hold it at the top left"
     assert dialog.coverageLabel.text().startswith("50%")
     assert not dialog.nextButton.isEnabled()
-    assert dialog.nextButton.toolTip() == Lack.VIEWS.text
+    assert dialog.nextButton.toolTip() == Unavailable.VIEWS.text
     dialog.setPreview(preview(ViewVerdict.KEPT, 5, "", coverage), 20)
     assert dialog.nextButton.isEnabled()
     # The right one of the three boards in the middle, and the lowest of the distances.

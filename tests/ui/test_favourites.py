@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features.pinned import MOST_PINNED, moved, placed, without
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.preferences import Preferences, camera_model
 from grabbergui.ui.views.favourites import CARD_WIDTH, LINE_HEIGHT, FavouritesStrip
 
@@ -122,7 +122,7 @@ def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back
     menu = menu_of(app, app.window.favourites._shown[3])
     (to_right,) = (action for action in menu.actions() if "right" in action.text().replace("&", ""))
     assert not to_right.isEnabled() and menu.toolTipsVisible()
-    assert to_right.toolTip() == f"Move to the right\n{Lack.LAST.text}"
+    assert to_right.toolTip() == f"Move to the right\n{Unavailable.LAST.text}"
     menu.close()
     app.until(lambda: app.program.feature_menu.menu is None)
     choose_from_menu(app, app.window.favourites._shown[3], "Move to the left")

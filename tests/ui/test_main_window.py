@@ -16,8 +16,9 @@ from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.grabber import Access
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.open_source import Lack, LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.models.sources import ListedSource, takes_description
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui import theme
 from grabbergui.ui.editors.feature_editor import ReadingLabel
 from grabbergui.ui.editors.number_editors import RangeEditor
@@ -415,7 +416,7 @@ def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_image(ap
 
 def test_each_action_and_button_that_is_not_available_gives_the_reason(app):
     window, link = app.window, app.program.opener
-    reasons = [lack.text for lack in Lack]
+    reasons = [reason.text for reason in Unavailable]
 
     def unexplained():
         """Names of what is disabled for no reason; a feature's own row explains itself."""
@@ -432,15 +433,15 @@ def test_each_action_and_button_that_is_not_available_gives_the_reason(app):
         ]
 
     assert not unexplained()
-    assert window.actionStart.toolTip() == f"Start streaming (F6)\n{Lack.SOURCE.text}"
+    assert window.actionStart.toolTip() == f"Start streaming (F6)\n{Unavailable.SOURCE.text}"
     app.connect()
     app.until(lambda: window.actionExpose.isEnabled() and window.actionUserSets.isEnabled())
     assert not unexplained()
-    assert window.actionStart.toolTip().endswith(Lack.REST.text)
-    assert window.actionUndo.toolTip().endswith(Lack.CHANGE.text)
+    assert window.actionStart.toolTip().endswith(Unavailable.REST.text)
+    assert window.actionUndo.toolTip().endswith(Unavailable.CHANGE.text)
     link.stream.stop()
     app.until(window.actionStart.isEnabled)
     assert not unexplained()
     assert window.actionStart.toolTip() == "Start streaming (F6)"
-    assert window.recordingBar.recordButton.toolTip().endswith(Lack.STREAM.text)
-    assert window.actionExpose.toolTip().endswith(Lack.STREAM.text)
+    assert window.recordingBar.recordButton.toolTip().endswith(Unavailable.STREAM.text)
+    assert window.actionExpose.toolTip().endswith(Unavailable.STREAM.text)

@@ -6,8 +6,8 @@ from PyQt5.QtGui import QFontMetrics
 from PyQt5.QtWidgets import QMenu
 
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.models.open_source import Lack
 from grabbergui.models.sources import ListedSource
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.labels import MOST_LINES, name_lines
@@ -131,13 +131,13 @@ def test_connect_is_offered_for_the_selected_source(view):
     """With another source selected, *Connect* was grey: it looked at the current one only."""
     infos = [DeviceInfo("gige:current"), DeviceInfo("gige:closed")]
     view.setSources([ListedSource(infos[0], connected=True), ListedSource(infos[1])])
-    lacks = []
-    view.connectableChanged.connect(lacks.append)
+    reasons = []
+    view.connectableChanged.connect(reasons.append)
     view.setCurrent("gige:current", True)
-    assert lacks[-1] is Lack.PRESENT
+    assert reasons[-1] is Unavailable.PRESENT
     view.sourceList.setCurrentRow(1)
-    assert lacks[-1] is None and view.lack is None
+    assert reasons[-1] is None and view.unavailable is None
     view.sourceList.setCurrentRow(0)
-    assert lacks[-1] is Lack.PRESENT
+    assert reasons[-1] is Unavailable.PRESENT
     view.addressEdit.setText("sim:")
-    assert lacks[-1] is None
+    assert reasons[-1] is None

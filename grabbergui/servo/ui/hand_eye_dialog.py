@@ -28,7 +28,7 @@ from grabbergui.calibration.boards import BoardSettings
 from grabbergui.core.drawing import BAD, GOOD
 from grabbergui.models.language import localized
 from grabbergui.models.markup import Markup, markup, table
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.servo.config import MarkerConfig
 from grabbergui.servo.hand_eye.run import Step
 from grabbergui.servo.models.hand_eye import Happened, Setup, Solution, TargetPreview
@@ -211,8 +211,8 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     def setRunning(self, running: bool, *, enough: bool = False) -> None:
         """Show whether the robot moves; `enough` views of one that rests can be computed."""
         self._running = running
-        first = Lack.PAGE if self.page is HandEyePage.SETUP else None
-        set_available(self.backButton, Lack.PATIENCE if running else first)
+        first = Unavailable.PAGE if self.page is HandEyePage.SETUP else None
+        set_available(self.backButton, Unavailable.PATIENCE if running else first)
         self._enable(enough=enough)
 
     def addEvent(self, event: Happened) -> None:
@@ -274,7 +274,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             self.publishButton.setChecked(published)
         self.publishButton.setText(self.tr("On &tf") if published else self.tr("Publish in &tf"))
         for edit in (self.mountEdit, self.frameEdit):
-            set_available(edit, Lack.NAMED if published else None)
+            set_available(edit, Unavailable.NAMED if published else None)
 
     def showError(self, text: str) -> None:
         """Show an error message."""
@@ -312,16 +312,16 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
 
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
-        rests = None if enough else Lack.VIEWS
-        lacks = {
+        rests = None if enough else Unavailable.VIEWS
+        reasons = {
             HandEyePage.SETUP: self._refused.get(eye),
-            HandEyePage.PLAN: None if self.agreeBox.isChecked() else Lack.CONSENT,
-            HandEyePage.MOTION: Lack.PATIENCE if self._running else rests,
+            HandEyePage.PLAN: None if self.agreeBox.isChecked() else Unavailable.CONSENT,
+            HandEyePage.MOTION: Unavailable.PATIENCE if self._running else rests,
             HandEyePage.RESULT: None,
         }
-        set_available(self.nextButton, lacks[self.page])
+        set_available(self.nextButton, reasons[self.page])
         for box in (self.columnsBox, self.rowsBox, self.pitchBox):
-            set_available(box, None if self.kindBox.currentIndex() else Lack.PATTERN)
+            set_available(box, None if self.kindBox.currentIndex() else Unavailable.PATTERN)
 
     def _show_eye(self) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")

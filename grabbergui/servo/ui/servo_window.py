@@ -27,7 +27,7 @@ from grabbergui.core.drawing import Drawing
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.language import localized
 from grabbergui.models.markup import joined, markup
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.servo.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import AXIS_COLOURS, colour_of
 from grabbergui.servo.state_machine import State
@@ -277,15 +277,15 @@ class ServoWindow(QWidget):
         """Show the state and its reason."""
         self.states.setState(state)
         self.reasonLabel.setText(reason)
-        set_available(self.startButton, None if state is State.STOPPED else Lack.PATIENCE)
+        set_available(self.startButton, None if state is State.STOPPED else Unavailable.PATIENCE)
 
     def setLimits(self, text: str) -> None:
         """Show what is measured of the hand beside its limits."""
         self.limitsLabel.setText(text)
 
-    def setHandEyeAvailable(self, lack: Lack | None) -> None:
+    def setHandEyeAvailable(self, reason: Unavailable | None) -> None:
         """Show whether hand and eye can be calibrated now, and what it lacks if not."""
-        set_available(self.handEyeButton, lack)
+        set_available(self.handEyeButton, reason)
 
     def addEntry(self, entry: Entry) -> None:
         """Add a line to the history."""

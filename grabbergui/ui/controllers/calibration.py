@@ -21,9 +21,10 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.unavailable import Unavailable, why_unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge, busy
 from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ReadoutImageView
@@ -109,7 +110,7 @@ class CalibrationOpener(QObject):
             self.close()
 
     def _on_source_state_changed(self, state: LinkState, reason: str) -> None:
-        set_available(self._action, lack_of(self._open_sources.current, stream=True))
+        set_available(self._action, why_unavailable(self._open_sources.current, stream=True))
 
 
 class CalibrationViewController(QObject):
@@ -172,9 +173,9 @@ class CalibrationViewController(QObject):
 
     def _on_source_changed(self) -> None:
         source = self._open_sources.current
-        lack = None if source is not None else Lack.SOURCE
-        set_available(self._actions.actionLoadCalibration, lack)
-        unknown = Lack.CALIBRATION if source is not None and source not in self._known else lack
+        reason = None if source is not None else Unavailable.SOURCE
+        set_available(self._actions.actionLoadCalibration, reason)
+        unknown = Unavailable.CALIBRATION if source is not None and source not in self._known else reason
         set_available(self._actions.actionShowCalibration, unknown)
         self._actions.actionShowCalibration.setChecked(False)
         self._apply()

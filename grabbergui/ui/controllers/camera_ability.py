@@ -8,8 +8,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.open_sources import OpenSources
+from grabbergui.models.unavailable import Unavailable, why_unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
 
@@ -18,7 +19,7 @@ class CameraAbility(QObject):
     """Enables actions while the current camera supports them and may be changed."""
 
     changed = pyqtSignal()
-    """`lack` may have changed."""
+    """`unavailable` may have changed."""
     ended = pyqtSignal()
     """The camera is gone, or another is being opened."""
 
@@ -27,14 +28,14 @@ class CameraAbility(QObject):
         owner: QObject,
         open_sources: OpenSources,
         ask: Callable[[FrameGrabber], bool],
-        lack: Lack,
+        reason: Unavailable,
         *actions: QAction,
     ) -> None:
-        """`ask` is called on the thread of the camera; `lack` is the reason if it returns False."""
+        """`ask` is called on the thread of the camera; `reason` is given if it returns False."""
         super().__init__(owner)
         self._open_sources = open_sources
         self._ask = ask
-        self._lack = lack
+        self._reason = reason
         self._actions = actions
         self._present = False
         self._bridge = bridge = Bridge(self)
@@ -42,10 +43,10 @@ class CameraAbility(QObject):
         bridge.bind(open_sources.state_changed, self._on_source_state_changed)
         self._enable()
 
-    def lack(self, *, stream: bool = False) -> Lack | None:
+    def unavailable(self, *, stream: bool = False) -> Unavailable | None:
         """Return why the actions are not available: the source, control of it, its stream, or the ability."""
-        missing = lack_of(self._open_sources.current, stream=stream, control=True)
-        return missing if missing is not None or self._present else self._lack
+        missing = why_unavailable(self._open_sources.current, stream=stream, control=True)
+        return missing if missing is not None or self._present else self._reason
 
     def _on_source_opened(self, source: OpenSource) -> None:
         grabber = source.grabber
@@ -69,5 +70,5 @@ class CameraAbility(QObject):
 
     def _enable(self) -> None:
         for action in self._actions:
-            set_available(action, self.lack())
+            set_available(action, self.unavailable())
         self.changed.emit()

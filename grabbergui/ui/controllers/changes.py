@@ -11,9 +11,10 @@ from PyQt5.QtWidgets import QAction, QApplication
 
 from grabbergui.core.environment import write_whole
 from grabbergui.models.change_tracking import command_line, program, revert
-from grabbergui.models.open_source import Lack, OpenSource
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.models.undo_steps import Direction
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRows
@@ -83,8 +84,8 @@ class ChangesController(QObject):
         for direction, action in self._actions.items():
             text = self._source.journal.next_text(direction) if self._source and self._open else ""
             _describe(action, self._name(direction), text)
-            nothing = Lack.CHANGE if direction is Direction.UNDO else Lack.UNDONE
-            set_available(action, None if text else nothing if self._open else Lack.SOURCE)
+            nothing = Unavailable.CHANGE if direction is Direction.UNDO else Unavailable.UNDONE
+            set_available(action, None if text else nothing if self._open else Unavailable.SOURCE)
 
     def _name(self, direction: Direction) -> str:
         return self.tr("&Undo") if direction is Direction.UNDO else self.tr("&Redo")

@@ -16,9 +16,9 @@ from grabbergui.core.shell_words import shell_word
 from grabbergui.models.features.pinned import MOST_PINNED, controlled_by, moved, placed, without
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.value_history import PLOTTABLE
-from grabbergui.models.open_source import Lack
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer
@@ -295,13 +295,13 @@ class FeatureMenuController(QObject):
         menu.addSeparator()
         menu.addAction(self.tr("&Unpin"), lambda: pinned.remove(name))
         last = place + 1 == len(pinned.names)
-        for text, steps, lack in (
-            (self.tr("Move to the &left"), -1, None if place else Lack.FIRST),
-            (self.tr("Move to the ri&ght"), 1, Lack.LAST if last else None),
+        for text, steps, reason in (
+            (self.tr("Move to the &left"), -1, None if place else Unavailable.FIRST),
+            (self.tr("Move to the ri&ght"), 1, Unavailable.LAST if last else None),
         ):
             action = menu.addAction(text, lambda steps=steps: pinned.move(name, steps))
             if action is not None:
-                set_available(action, lack)
+                set_available(action, reason)
         menu.addAction(self.tr("Pin t&he usual controls"), pinned.reset)
 
     def _on_menu_hidden(self) -> None:

@@ -20,11 +20,12 @@ from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.image.pixel_text import beside_text, cursor_text, value_at_text, value_texts
 from grabbergui.models.image.points import PointCloudModel
 from grabbergui.models.image.quantities import Levels, PolarisedView
-from grabbergui.models.open_source import Lack, LinkState, OpenSource, lack_of
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel
 from grabbergui.models.stream_control import StreamControl
+from grabbergui.models.unavailable import Unavailable, why_unavailable
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
@@ -176,19 +177,21 @@ class AcquisitionController(QObject):
 
     def _enable_actions(self) -> None:
         state, actions, source = self._open_sources.state, self._actions, self._open_sources.current
-        set_available(actions.actionDisconnect, None if source is not None else Lack.SOURCE)
-        start: Lack | str | None = Lack.REST if state is LinkState.STREAMING else lack_of(source)
+        set_available(actions.actionDisconnect, None if source is not None else Unavailable.SOURCE)
+        start: Unavailable | str | None = (
+            Unavailable.REST if state is LinkState.STREAMING else why_unavailable(source)
+        )
         if start is None and source is not None:
             start = source.no_frames  # while another program has control, which has refused it
         set_available(actions.actionStart, start)
-        lack = lack_of(source, stream=True)
-        set_available(actions.actionStop, Lack.RUN if lack is Lack.STREAM else lack)
+        reason = why_unavailable(source, stream=True)
+        set_available(actions.actionStop, Unavailable.RUN if reason is Unavailable.STREAM else reason)
         self._enable_saving()
 
     def _enable_saving(self) -> None:
         frame = self._image.frame if self._shown is not None else None
-        no_frame = Lack.FRAME if frame is None else None
-        no_range = Lack.RANGE if frame is not None and range_image(frame) is None else no_frame
+        no_frame = Unavailable.FRAME if frame is None else None
+        no_range = Unavailable.RANGE if frame is not None and range_image(frame) is None else no_frame
         set_available(self._actions.actionSnapshot, no_frame)
         set_available(self._actions.actionPointCloud, no_range)
 

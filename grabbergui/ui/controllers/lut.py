@@ -27,10 +27,10 @@ from grabbergui.core.lookup_table import (
 )
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
-from grabbergui.models.open_source import Lack
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.bases import FileQuestions
@@ -73,7 +73,9 @@ class LutController(QObject):
         self._kept: Table | None = None
         "The edited table that was last saved in a file, or is being written."
         action.triggered.connect(self.show)
-        CameraAbility(self, open_sources, has_lut, Lack.TABLE, action).ended.connect(self._on_camera_ended)
+        CameraAbility(self, open_sources, has_lut, Unavailable.TABLE, action).ended.connect(
+            self._on_camera_ended
+        )
 
     @property
     def edited(self) -> Table:

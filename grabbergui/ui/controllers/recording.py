@@ -13,11 +13,12 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.models.error_text import error_text
 from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.open_source import LinkState, OpenSource, lack_of
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.models.recording import Recordings
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.unavailable import why_unavailable
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.actions import set_available
@@ -114,9 +115,9 @@ class RecordingController(QObject):
             self._bar.setProgress(recording.progress)
             if not recording.running and recording.progress.frames:
                 self._bar.setPlayable(recording.path.name)
-        lack = None if running else lack_of(source, stream=True)
+        reason = None if running else why_unavailable(source, stream=True)
         for control in (self._action, self._bar.recordButton):
-            set_available(control, lack)
+            set_available(control, reason)
 
     def _choose_folder(self) -> None:
         before = self._preferences.snapshot_folder
@@ -209,8 +210,8 @@ class PauseController(QObject):
         actions = self._actions
         for action in (actions.actionPause, actions.actionStepBack, actions.actionStepForward):
             pauses = action is actions.actionPause and not action.isChecked()
-            lack = lack_of(self._open_sources.current, stream=pauses)
-            set_available(action, None if state is LinkState.LOST else lack)
+            reason = why_unavailable(self._open_sources.current, stream=pauses)
+            set_available(action, None if state is LinkState.LOST else reason)
 
 
 def _seconds(frame: Frame, newest: Frame) -> float:

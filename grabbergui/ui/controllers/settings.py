@@ -17,7 +17,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
-from grabbergui.models.open_source import Lack, OpenSource
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import Difference, FeatureSet, Progress, capture, compare
@@ -31,6 +31,7 @@ from grabbergui.models.settings.user_sets import (
     user_sets,
 )
 from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.recording.opening import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.camera_work import CameraWork
@@ -271,7 +272,7 @@ class UserSetsController(QObject):
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
         action.triggered.connect(self.show)
-        ability = CameraAbility(self, open_sources, has_user_sets, Lack.USER_SETS, action)
+        ability = CameraAbility(self, open_sources, has_user_sets, Unavailable.USER_SETS, action)
         ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:

@@ -11,11 +11,12 @@ from PyQt5.QtGui import QGuiApplication
 from PyQt5.QtWidgets import QAction, QMessageBox, QWidget
 
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.open_source import OpenSource, lack_of
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.remote_source import RemoteSource
 from grabbergui.models.share import DEFAULT_NAMES, Network, Remedy, ShareOptions, ShareStatus
 from grabbergui.models.sharing import Sharing, peer_changes
+from grabbergui.models.unavailable import why_unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -151,13 +152,13 @@ class SharingController(QObject):
 
     def _show(self) -> None:
         source = self._open_sources.current
-        lack = lack_of(source)
-        set_available(self._action, lack)
+        reason = why_unavailable(source)
+        set_available(self._action, reason)
         statuses = self._sharing.of(source)
         self._show_chip()
         if (dialog := self.dialog) is None:
             return
-        dialog.setCamera(source.title if source is not None and lack is None else "")
+        dialog.setCamera(source.title if source is not None and reason is None else "")
         if source is not self._source:
             self._source = source
             for network, options in self._first_options(statuses).items():

@@ -24,10 +24,11 @@ from grabbergui.models.one_push import (
     has_once,
     let_camera,
 )
-from grabbergui.models.open_source import Lack, LinkState, OpenSource
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.tuning import TuningRun
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.models.undo_steps import UndoStep
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.controllers.camera_ability import CameraAbility
@@ -66,11 +67,11 @@ class TuningController(QObject):
         bridge.bind(self._push.ended, self._on_ended)
         bridge.bind(open_sources.state_changed, self._on_source_state_changed)
         self._abilities = {
-            CameraAbility(self, open_sources, can_expose, Lack.EXPOSURE): (
+            CameraAbility(self, open_sources, can_expose, Unavailable.EXPOSURE): (
                 actions.actionExpose,
                 actions.actionExposeRegion,
             ),
-            CameraAbility(self, open_sources, can_balance, Lack.BALANCE): (
+            CameraAbility(self, open_sources, can_balance, Unavailable.BALANCE): (
                 actions.actionBalance,
                 actions.actionBalanceRegion,
             ),
@@ -143,9 +144,9 @@ class TuningController(QObject):
 
     def _enable(self) -> None:
         for ability, actions in self._abilities.items():
-            lack = Lack.PATIENCE if self._row is not None else ability.lack(stream=True)
+            reason = Unavailable.PATIENCE if self._row is not None else ability.unavailable(stream=True)
             for action in actions:
-                set_available(action, lack)
+                set_available(action, reason)
 
 
 def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
@@ -179,7 +180,7 @@ class RegionController(QObject):
             self,
             open_sources,
             sensor_region.has_region,
-            Lack.REGION,
+            Unavailable.REGION,
             actions.actionRegion,
             actions.actionFullSensor,
         )

@@ -18,7 +18,7 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.feature_text import access_text
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.shown_text import set_tooltip
 
@@ -66,7 +66,7 @@ class AutoButton(QToolButton):
             action = QAction(entry.title, self._group)
             action.setData(entry.name)
             action.setCheckable(True)
-            set_available(action, None if entry.available else Lack.OFFER)
+            set_available(action, None if entry.available else Unavailable.OFFER)
         self._menu.addActions(self._group.actions())
         self.setMenu(self._menu if feature.entries else None)
         self.setPopupMode(

@@ -16,7 +16,7 @@ from grabbergui.core.features import (
     Feature,
 )
 from grabbergui.models.features.feature_text import value_text
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.keys import ShortcutGuard, WheelGuard
 from grabbergui.ui.shown_text import set_tooltip
@@ -184,7 +184,7 @@ class ChoiceEditor(FeatureEditor):
         self.combo.setPlaceholderText(value_text(feature) if index < 0 else "")
 
     def _model(self) -> QStandardItemModel:
-        model, not_offered = QStandardItemModel(self.combo), Lack.OFFER.text
+        model, not_offered = QStandardItemModel(self.combo), Unavailable.OFFER.text
         for entry in self._entries:
             item = QStandardItem(entry.title)
             reason = "" if entry.available else not_offered

@@ -265,7 +265,7 @@ class Program(QObject):
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
         for action in (window.actionConnect, window.actionConnectStill):
-            set_available(action, window.sources.lack)
+            set_available(action, window.sources.unavailable)
             window.sources.connectableChanged.connect(partial(set_available, action))
         window.actionConnect.triggered.connect(window.sources.requestConnect)
         window.actionConnectStill.triggered.connect(window.sources.requestStill)

@@ -34,7 +34,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, CalibrationSolution, Preview, verdict_text
 from grabbergui.models.language import localized
 from grabbergui.models.markup import markup, table
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
@@ -181,7 +181,7 @@ class CalibrationDialog(CalibratingDialog):
         self.pages.setCurrentIndex(step.value)
         steps = (self.tr("Board"), self.tr("Views"), self.tr("Result"))
         set_rich(self.stepsLabel, steps_markup(steps, step.value))
-        set_available(self.backButton, Lack.PAGE if step is CalibrationPage.BOARD else None)
+        set_available(self.backButton, Unavailable.PAGE if step is CalibrationPage.BOARD else None)
         self.nextButton.setText(
             {
                 CalibrationPage.BOARD: self.tr("Take &views"),
@@ -189,7 +189,7 @@ class CalibrationDialog(CalibratingDialog):
                 CalibrationPage.RESULT: self.tr("&Save…"),
             }[step]
         )
-        set_available(self.nextButton, Lack.VIEWS if step is CalibrationPage.VIEWS else None)
+        set_available(self.nextButton, Unavailable.VIEWS if step is CalibrationPage.VIEWS else None)
         self.cells.setVisible(step is CalibrationPage.VIEWS)
 
     def setBoard(self, settings: BoardSettings) -> None:
@@ -229,7 +229,7 @@ class CalibrationDialog(CalibratingDialog):
         self.progress.setValue(min(preview.views, wanted))
         self.hintLabel.setText(preview.hint)
         if self.step is CalibrationPage.VIEWS:
-            set_available(self.nextButton, None if preview.views >= FEWEST_VIEWS else Lack.VIEWS)
+            set_available(self.nextButton, None if preview.views >= FEWEST_VIEWS else Unavailable.VIEWS)
 
     def setSolution(self, solution: CalibrationSolution) -> None:
         """Show a calibration and every view's error."""
@@ -337,7 +337,7 @@ class CalibrationDialog(CalibratingDialog):
 
     def _enable_markers(self) -> None:
         for box in (self.markerBox, self.dictionaryBox):
-            set_available(box, None if self.kindBox.currentIndex() == 0 else Lack.MARKERS)
+            set_available(box, None if self.kindBox.currentIndex() == 0 else Unavailable.MARKERS)
 
     def _on_views_item_changed(self, item: QTreeWidgetItem, column: int) -> None:
         rows = (self.views.topLevelItem(number) for number in range(self.views.topLevelItemCount()))

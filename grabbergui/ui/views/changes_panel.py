@@ -14,7 +14,7 @@ from grabbergui.models.change import Change, Origin
 from grabbergui.models.change_journal import MOST_CHANGES
 from grabbergui.models.features.number_text import number_text
 from grabbergui.models.language import localized
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.widgets.columns import size_columns
@@ -248,4 +248,4 @@ class ChangesPanel(QWidget):
     def _enable(self) -> None:
         anything = self._changes.rowCount() > 0
         for button in (self.copyButton, self.saveButton, self.clearButton):
-            set_available(button, None if anything else Lack.ENTRIES)
+            set_available(button, None if anything else Unavailable.ENTRIES)

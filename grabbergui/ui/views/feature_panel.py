@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QSizePolicy, QToolButt
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
 from grabbergui.models.features.filtering import visible_names
 from grabbergui.models.language import counted
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
 from grabbergui.ui.form_loader import load_form
@@ -285,7 +285,7 @@ class FeaturePanel(QWidget):
         """Show the features that pass level and filter."""
         root = self._section.category if self._section is not None else None
         for control in (self.filterEdit, self.levelBox):
-            set_available(control, None if root is not None else Lack.SOURCE)
+            set_available(control, None if root is not None else Unavailable.SOURCE)
         watched: frozenset[str] = frozenset()
         message = self.tr("The camera's controls appear here once one is connected.")
         if self._section is not None and root is not None:

@@ -33,7 +33,7 @@ from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LOG_LINES, LogLine
 from grabbergui.models.markup import Markup, joined, markup
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
@@ -75,9 +75,11 @@ class ManualDialog(QDialog):
         self.text.setSource(QUrl.fromLocalFile(str(folder / FIRST_PAGE)))
         back = QPushButton(self.tr("&Back"), self)
         back.setAutoDefault(False)
-        set_available(back, Lack.PAGE)
+        set_available(back, Unavailable.PAGE)
         back.clicked.connect(self.text.backward)
-        self.text.backwardAvailable.connect(lambda can: set_available(back, None if can else Lack.PAGE))
+        self.text.backwardAvailable.connect(
+            lambda can: set_available(back, None if can else Unavailable.PAGE)
+        )
         layout = QVBoxLayout(self)
         layout.addWidget(self.text)
         layout.addWidget(back, 0, Qt.AlignmentFlag.AlignLeft)

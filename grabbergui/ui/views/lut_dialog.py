@@ -22,7 +22,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.lookup_table import LEAST_GAMMA, MOST_GAMMA
 from grabbergui.models.markup import markup
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.shown_text import PlainLabel, question_box, set_rich, set_tooltip
 from grabbergui.ui.widgets.plots import ChannelPlot
@@ -110,7 +110,7 @@ class LutDialog(QDialog):
         self.plot.setLine("present", places, present[places], "")
         self.plot.setLine("edited", places, edited[places], _EDITED)
         changed = not np.array_equal(present, edited)
-        set_available(self.writeButton, None if changed else Lack.EDIT)
+        set_available(self.writeButton, None if changed else Unavailable.EDIT)
         size = self.tr("{0} entries").format(len(present))
         state = self.tr("not written yet") if changed else self.tr("as in the camera")
         self.stateLabel.setText(f"{size} · {state}")
@@ -121,7 +121,7 @@ class LutDialog(QDialog):
 
     def setUndoable(self, undoable: bool) -> None:
         """Enable the undo of the last write."""
-        set_available(self.undoButton, None if undoable else Lack.EDIT)
+        set_available(self.undoButton, None if undoable else Unavailable.EDIT)
 
     def setGamma(self, gamma: float | None) -> None:
         """Show the exponent of a gamma curve; None for any other curve."""

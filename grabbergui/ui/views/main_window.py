@@ -23,7 +23,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.image.quantities import COLOUR_MAPS, PolarisedView
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.form_loader import load_form
@@ -356,7 +356,7 @@ class MainWindow(QMainWindow):
     def _on_polarised_toggled(self, polarised: bool) -> None:
         for view, action in self._polarised.items():
             offered = polarised or view is PolarisedView.MOSAIC
-            set_available(action, None if offered else Lack.POLARISERS)
+            set_available(action, None if offered else Unavailable.POLARISERS)
 
     def _group_themes(self) -> None:
         self._themes = {

@@ -25,7 +25,7 @@ from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.value_history import ValueHistory
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import HISTORY_SECONDS, Histogram, Line
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
@@ -186,7 +186,7 @@ class FocusPanel(QWidget):
 
     def setWhat(self, region: str) -> None:
         """Show the scored region as text."""
-        set_available(self.wholeButton, None if region else Lack.WHOLE)
+        set_available(self.wholeButton, None if region else Unavailable.WHOLE)
         set_tooltip(self.scoreLabel, region or self.tr("of the whole image"))
 
     def clear(self) -> None:
@@ -376,7 +376,7 @@ class ValuesPanel(QWidget):
         for row, colour in zip(self._rows.values(), itertools.cycle(COLOURS), strict=False):
             row.setOverlaid(colour if together else "")
         for button in (self.pauseButton, self.saveButton, self.clearButton):
-            set_available(button, None if anything else Lack.ENTRIES)
+            set_available(button, None if anything else Unavailable.ENTRIES)
 
 
 def over_own_range(values: NDArray[np.float64]) -> NDArray[np.float64]:

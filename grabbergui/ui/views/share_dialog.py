@@ -23,8 +23,8 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.visible_text import shortened
 from grabbergui.models.change import Change
-from grabbergui.models.open_source import Lack
 from grabbergui.models.share import Network, ReaderRate, Remedy, ShareOptions, ShareState, ShareStatus
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
@@ -98,7 +98,7 @@ class ShareNetworkBox(QGroupBox):
         for field in (self.nameEdit, self.serverEdit, self.hereBox, self.domainSpin):
             field.setEnabled(not self._running and not stopping)
         self.shareButton.setText(self.tr("Stop") if self._running else self.tr("Share"))
-        set_available(self.shareButton, Lack.PATIENCE if stopping else None)
+        set_available(self.shareButton, Unavailable.PATIENCE if stopping else None)
         self.stateLabel.setText(self._state_text(status))
         self.stateLabel.setVisible(bool(self.stateLabel.text()))
         set_tooltip(self.stateLabel, "\n".join(status.places if status is not None else ()))

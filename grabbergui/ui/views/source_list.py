@@ -32,8 +32,8 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.open_source import Lack
 from grabbergui.models.sources import ListedSource, takes_description
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
@@ -153,7 +153,7 @@ class SourceListView(QWidget):
     descriptionRequested = pyqtSignal(str)
     """The URI of a camera to open with a description from a file."""
     connectableChanged = pyqtSignal(object)
-    """What lacks for *Connect* (a `Lack`, or None): it depends on what is selected or typed."""
+    """Why *Connect* is not available (`Unavailable`), or None; depends on the selection and the address."""
     addressEntered = pyqtSignal(str)
     """The text of the address field."""
     disconnectRequested = pyqtSignal()
@@ -246,7 +246,7 @@ class SourceListView(QWidget):
 
     def setSearching(self, searching: bool) -> None:
         """Show whether a search is in progress."""
-        set_available(self.refreshButton, Lack.SEARCH if searching else None)
+        set_available(self.refreshButton, Unavailable.SEARCH if searching else None)
 
     def focusAddress(self) -> None:
         """Put the cursor into the address field."""
@@ -347,11 +347,11 @@ class SourceListView(QWidget):
         return self.addressEdit.text().strip() or (self.selected if self.selected != self._current else "")
 
     @property
-    def lack(self) -> Lack | None:
-        """What lacks for connecting to the typed or selected source; None if it can be opened or shown."""
+    def unavailable(self) -> Unavailable | None:
+        """Why the typed or selected source cannot be opened or shown; None if it can."""
         items = self.sourceList.selectedItems()
         lost = bool(items) and items[0].data(SOURCE_ROLE).lost
-        return None if self._other() or lost or not self._connected else Lack.PRESENT
+        return None if self._other() or lost or not self._connected else Unavailable.PRESENT
 
     def _update_button(self) -> None:
         leaves, items, typed = (
@@ -365,9 +365,9 @@ class SourceListView(QWidget):
         self.connectButton.setIcon(icon("disconnect" if leaves else "connect", self.palette()))
         self.connectButton.setProperty("iconName", "disconnect" if leaves else "connect")
         self.besideButton.setVisible(self._connected and bool(self._other()))
-        set_available(self.besideButton, Lack.SHOWN if opened else None)
-        set_available(self.connectButton, None if leaves or typed or self.selected else Lack.CHOICE)
-        self.connectableChanged.emit(self.lack)
+        set_available(self.besideButton, Unavailable.SHOWN if opened else None)
+        set_available(self.connectButton, None if leaves or typed or self.selected else Unavailable.CHOICE)
+        self.connectableChanged.emit(self.unavailable)
 
     def _tooltip(self, source: ListedSource) -> str:
         info = source.info

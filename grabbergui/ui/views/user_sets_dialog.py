@@ -14,8 +14,8 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.open_source import Lack
 from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import question_box, set_tooltip
@@ -95,9 +95,9 @@ class UserSetsDialog(QDialog):
 
     def _enable(self, _: int = 0) -> None:
         chosen = self.chosen
-        load = Lack.USER_SET if chosen is None else None
-        save = Lack.SAVABLE if chosen is not None and not chosen.savable else load
+        load = Unavailable.USER_SET if chosen is None else None
+        save = Unavailable.SAVABLE if chosen is not None and not chosen.savable else load
         fixed = chosen is not None and (chosen.starts or not chosen.startable)
         set_available(self.loadButton, load)
         set_available(self.saveButton, save)
-        set_available(self.startButton, Lack.STARTABLE if fixed else load)
+        set_available(self.startButton, Unavailable.STARTABLE if fixed else load)

@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 
@@ -45,7 +45,7 @@ class TaskRow(QFrame):
         self.textLabel.setText(text)
 
     def _on_cancel_clicked(self) -> None:
-        set_available(self.cancelButton, Lack.PATIENCE)
+        set_available(self.cancelButton, Unavailable.PATIENCE)
         self.cancelRequested.emit()
 
 

@@ -10,7 +10,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
-from grabbergui.models.open_source import Lack
+from grabbergui.models.unavailable import Unavailable
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.gate import CommandGate
@@ -62,13 +62,13 @@ def test_only_what_the_robot_can_do_is_offered(dialog):
     assert not dialog.handButton.isEnabled()
     assert dialog.handButton.toolTip().endswith("\nthe arm of TEO is not driven")
     assert dialog.nextButton.isEnabled()
-    assert dialog.backButton.toolTip() == Lack.PAGE.text
+    assert dialog.backButton.toolTip() == Unavailable.PAGE.text
     dialog.setRobot("TEO", {"head": "TEO does not report its joints", "hand": "", "fixed": ""})
     assert dialog.eyeLabel.text() == "TEO does not report its joints"
     assert not dialog.nextButton.isEnabled()
     assert dialog.nextButton.toolTip() == "TEO does not report its joints"
     dialog.setPage(HandEyePage.PLAN)
-    assert dialog.nextButton.toolTip() == Lack.CONSENT.text
+    assert dialog.nextButton.toolTip() == Unavailable.CONSENT.text
     dialog.agreeBox.setChecked(True)
     assert dialog.nextButton.isEnabled() and not dialog.nextButton.toolTip()
 
