@@ -252,7 +252,8 @@ def typed_uri(text: str) -> str:
     The kind may be left out if the text has the form of only one: an IP address is that of a GigE Vision
     camera. A file may be typed as it is called.
     """
-    meant = proposals(text.strip())
+    kind, colon, _ = text.strip().partition(":")
+    meant = [] if colon and kind.lower() in sources.schemes() else proposals(text.strip())
     uri = meant[0] if len(meant) == 1 else text
     return str(sources.literal_file(uri) or uri)
 
