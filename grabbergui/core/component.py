@@ -116,6 +116,8 @@ class Component:
     padding_x: int = 0
     "Bytes at the end of each line that are not pixels."
     big_endian: bool = False
+    camera: str = ""
+    "The name of its camera, in a frame of several cameras."
     encoding: Encoding | None = None
     "How `data` is compressed; None if it is not."
     _conversions: Conversions = field(default_factory=Conversions, repr=False)
@@ -133,8 +135,11 @@ class Component:
 
     @property
     def name(self) -> str:
-        """The kind in lower case, for names of files and topics."""
-        return self.kind.name.lower()
+        """The kind in lower case, for names of files and topics; of several cameras, the camera's name."""
+        kind = self.kind.name.lower()
+        if not self.camera:
+            return kind
+        return self.camera if self.kind is ComponentKind.INTENSITY else f"{self.camera}_{kind}"
 
     @property
     def payload(self) -> NDArray[np.uint8]:
@@ -179,11 +184,11 @@ def own_component(parts: Sequence[Component]) -> Component | None:
 def further_components(parts: Sequence[Component]) -> Iterator[tuple[str, Component]]:
     """Yield the other components with their names for files and topics: `range`, `range_2`."""
     own = own_component(parts)
-    seen: Counter[ComponentKind] = Counter()
+    seen: Counter[str] = Counter()
     for part in parts:
-        seen[part.kind] += 1
+        seen[part.name] += 1
         if part is not own:
-            yield part.name + (f"_{seen[part.kind]}" if seen[part.kind] > 1 else ""), part
+            yield part.name + (f"_{seen[part.name]}" if seen[part.name] > 1 else ""), part
 
 
 @dataclass(eq=False)

@@ -170,6 +170,14 @@ class Frame:
         """Size of the frame's own image as it arrived, in bytes. Decodes nothing."""
         return self.payload.nbytes
 
+    def members(self) -> dict[str, Frame]:
+        """Return the frames that it is made of, by camera; empty for a frame of one camera."""
+        return {}
+
+    def set_description(self) -> str:
+        """Return JSON about the frames that it is made of; empty for a frame of one camera."""
+        return ""
+
     def of_component(self, component: Component) -> Frame:
         """Return a component as a frame of its own, for code that shows, saves or sends frames."""
         return Frame(

@@ -37,6 +37,10 @@ class RecordedTopic:
     type: str
     messages: int = 0
 
+SETS_TOPIC = "/rig/sets"
+"""Which frames of several cameras belong together (`std_msgs/String`, JSON). It follows the images, so a file
+that was cut short has whole sets only."""
+
 
 class McapWriter(RecordingWriter):
     """Writes `sensor_msgs/msg/Image`; the camera's clock, notes and further components on other topics.
@@ -87,6 +91,17 @@ class McapWriter(RecordingWriter):
 
     @override
     def write(self, frame: Frame) -> None:
+        """Add a frame, or the frames of several cameras, each on topics of its camera, and which they are."""
+        members = frame.members()
+        for name, member in members.items():
+            self.camera = self.frame_id = name
+            self._write(member)
+        if members:
+            self._write_text(SETS_TOPIC, frame.set_description(), frame.received_ns, frame.frame_id)
+        else:
+            self._write(frame)
+
+    def _write(self, frame: Frame) -> None:
         own = own_component(frame.parts)
         messages: list[tuple[int, bytes]] = []
         for index, part in enumerate(frame.parts):
@@ -182,7 +197,7 @@ class McapWriter(RecordingWriter):
             self._channels[key] = self._register(topic, ros_image.IMAGE_NAME, self._image_schema, metadata)
         return self._channels[key]
 
-    def write_text(self, topic: str, text: str, time_ns: int, sequence: int) -> None:
+    def _write_text(self, topic: str, text: str, time_ns: int, sequence: int) -> None:
         """Write a `std_msgs/msg/String` and flush it. Raises OSError."""
         channel = self._channel_of(topic, ros_image.STRING_NAME, ros_image.STRING_DEFINITION)
         self._add_at(channel, time_ns, ros_image.encode_string(text), sequence)

@@ -18,12 +18,11 @@ from grabbergui.core.errors import ExistingFileError, RemoteProtocolError, Usage
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.core.json_text import to_json
 from grabbergui.core.ros_image import STRING_NAME, decode_string
 from grabbergui.core.uri import PlaybackOptions
 from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.mcap_file import McapFile
-from grabbergui.recording.mcap_writer import McapWriter
+from grabbergui.recording.mcap_writer import SETS_TOPIC, McapWriter
 from grabbergui.recording.opening import open_recording
 from grabbergui.recording.playback import PlaybackGrabber
 from grabbergui.recording.reader import RecordingReader
@@ -32,43 +31,8 @@ from grabbergui.rig.frame_sets import FrameSet, FrameStamp, SetState
 from grabbergui.rig.grabber import RigGrabber
 from grabbergui.rig.set_frame import SetFrame
 
-SETS_TOPIC = "/rig/sets"
 MOST_TEXT = 64 << 10
 "Bytes of the description of a set."
-
-
-class RigWriter(McapWriter):
-    """Writes the frames of sets, each camera's on topics of its own."""
-
-    def __init__(self, path: Path, info: DeviceInfo, cameras: dict[str, DeviceInfo]) -> None:
-        """`cameras` in the order of the rig. Raises OSError."""
-        super().__init__(path, info)
-        for name, each in cameras.items():
-            self.add_camera(name, each)
-
-    @override
-    def write(self, frame: Frame) -> None:
-        if not isinstance(frame, SetFrame):
-            raise RecordingError("only sets of frames can be recorded as a rig")
-        for name in frame.images:
-            stamped = frame.stamped(name)
-            assert stamped is not None
-            self.camera = self.frame_id = name
-            super().write(stamped)
-        self.write_text(SETS_TOPIC, _description(frame), frame.received_ns, frame.frame_id)
-
-
-def _description(frame: SetFrame) -> str:
-    images = frame.images
-    return to_json(
-        {
-            "index": images.index,
-            "state": images.state.value,
-            "offsets_ns": {name: stamp.time_ns - images.time_ns for name, stamp in images.stamps.items()},
-            "frame_ids": {name: each.frame_id for name, each in images.items()},
-            "missing": list(images.missing),
-        }
-    )
 
 
 def begin(grabber: FrameGrabber, path: Path, limits: RecordingLimits = UNLIMITED) -> Recorder:
@@ -82,9 +46,11 @@ def begin(grabber: FrameGrabber, path: Path, limits: RecordingLimits = UNLIMITED
     members = grabber.cameras if isinstance(grabber, RigGrabber) else {}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        writer = RigWriter(path, grabber.info, {name: each.info for name, each in members.items()})
+        writer = McapWriter(path, grabber.info)
     except OSError as error:
         raise RecordingError(f"{path} could not be created: {error.strerror or error}") from error
+    for name, each in members.items():
+        writer.add_camera(name, each.info)
     return Recorder(grabber, writer, limits)
 
 

@@ -10,7 +10,6 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, FrameSink
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.rig.grabber import RigGrabber
-from grabbergui.rig.set_frame import SetFrame
 
 
 class ServedCamera(SharedGrabber):
@@ -52,7 +51,5 @@ class ServedCameras:
             camera.close()
 
     def _distribute(self, frame: Frame) -> None:
-        if isinstance(frame, SetFrame):
-            for name, camera in self.cameras.items():
-                if (stamped := frame.stamped(name)) is not None:
-                    camera.put(stamped)
+        for name, member in frame.members().items():
+            self.cameras[name].put(member)

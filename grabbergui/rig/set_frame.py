@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from copy import copy
+from dataclasses import fields, replace
 
-from grabbergui.core.component import Component, ComponentKind, PayloadType, own_component
+from typing_extensions import override
+
+from grabbergui.core.component import Component, PayloadType, own_component
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
+from grabbergui.core.json_text import to_json
 from grabbergui.rig.frame_sets import FrameSet
-
-
-@dataclass(frozen=True, eq=False)
-class CameraImage(Component):
-    """An image of one camera of a rig."""
-
-    camera: str = ""
-    "The camera's name in the rig."
-
-    @property
-    def name(self) -> str:
-        """The camera's name, and the kind if it is another than the intensity."""
-        if self.kind is ComponentKind.INTENSITY:
-            return self.camera
-        return f"{self.camera}_{self.kind.name.lower()}"
 
 
 class SetFrame(Frame):
@@ -36,7 +25,7 @@ class SetFrame(Frame):
         parts: list[Component] = []
         for source, name in enumerate(cameras):
             if (frame := images.get(name)) is not None:
-                parts += [_of_camera(component, name, source) for component in frame.components]
+                parts += [replace(part, source=source, camera=name) for part in frame.components]
         own = own_component(parts)
         first = next(iter(images.values()), None)
         values = {item.name: getattr(first, item.name) for item in fields(Frame)} if first is not None else {}
@@ -64,14 +53,32 @@ class SetFrame(Frame):
         made.images = images
         return made
 
-    def stamped(self, name: str) -> Frame | None:
-        """Return the frame of a camera with the set's time, so that all of a set have equal stamps."""
-        frame = self.images.get(name)
-        if frame is None:
-            return None
-        return replace(frame, received_ns=self.received_ns, captured=self.captured)
+    @override
+    def members(self) -> dict[str, Frame]:
+        """Return the frames by camera, with the set's time, so that all of a set have equal stamps."""
+        return {
+            name: replace(frame, received_ns=self.received_ns, captured=self.captured)
+            for name, frame in self.images.items()
+        }
 
+    @override
+    def set_description(self) -> str:
+        images = self.images
+        return to_json(
+            {
+                "index": images.index,
+                "state": images.state.value,
+                "offsets_ns": {name: stamp.time_ns - images.time_ns for name, stamp in images.stamps.items()},
+                "frame_ids": {name: each.frame_id for name, each in images.items()},
+                "missing": list(images.missing),
+            }
+        )
 
-def _of_camera(component: Component, camera: str, source: int) -> CameraImage:
-    values = {item.name: getattr(component, item.name) for item in fields(Component)}
-    return CameraImage(**{**values, "source": source}, camera=camera)
+    @override
+    def detached(self) -> Frame:
+        images = copy(self.images)
+        for name, frame in self.images.items():
+            images[name] = frame.detached()
+        made = SetFrame.of(images, (*self.images, *self.images.missing))
+        made.received_ns, made.captured = self.received_ns, self.captured
+        return made

@@ -53,7 +53,8 @@ def test_triggered_cameras_make_sets(opened, clock):
         assert [part.name for part in each.parts] == ["left", "right", "top"]
         assert [part.source for part in each.parts] == [0, 1, 2]
         assert each.images.skew_ns < 20_000_000 and abs(each.captured * 1e9 - each.images.time_ns) < 1000
-        assert each.stamped("left").received_ns == each.stamped("top").received_ns == each.received_ns
+        assert {member.received_ns for member in each.members().values()} == {each.received_ns}
+        assert list(each.detached().members()) == ["left", "right", "top"]
     assert [each.frame_id for each in sets] == sorted({each.frame_id for each in sets})
     counts = rig.counts()
     assert counts.complete >= 8 and 0 <= counts.skew_median_ns <= counts.skew_worst_ns

@@ -21,7 +21,9 @@ def labels(frame: Frame) -> tuple[str, ...]:
     several = len({part.source for part in frame.parts}) > 1
     for part in frame.parts:
         name = _name(part)
-        if several:
+        if part.camera:
+            name = part.camera if part.kind is ComponentKind.INTENSITY else f"{part.camera}, {name}"
+        elif several:
             name = translate("Components", "{0}, source {1}").format(name, part.source)
         seen[name] += 1
         found.append(f"{name} {seen[name]}" if seen[name] > 1 else name)
