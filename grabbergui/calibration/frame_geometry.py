@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.image_geometry import ImageGeometry
@@ -73,7 +74,7 @@ class GeometryReader:
             self.changes += 1
 
 
-def _without_offset(grabber: FrameGrabber) -> ImageGeometry | None:
+def _without_offset(grabber: FeatureSource) -> ImageGeometry | None:
     whole = pair_of(grabber, _WHOLE)
     if whole is None or min(whole) <= 0:
         return None
@@ -89,7 +90,7 @@ def _largest(whole: int, binning: int, sensor: int) -> int:
     return sensor // binning if sensor < whole * binning and sensor >= binning else whole
 
 
-def _product(grabber: FrameGrabber, names: tuple[str, ...]) -> int:
+def _product(grabber: FeatureSource, names: tuple[str, ...]) -> int:
     product = 1
     for name in names:
         value = _value(grabber, name)
@@ -98,7 +99,7 @@ def _product(grabber: FrameGrabber, names: tuple[str, ...]) -> int:
     return product
 
 
-def pair_of(grabber: FrameGrabber, names: tuple[str | None, str | None]) -> Pair | None:
+def pair_of(grabber: FeatureSource, names: tuple[str | None, str | None]) -> Pair | None:
     """Return the values of two integer features; None if either is missing."""
     match [_value(grabber, name) for name in names]:
         case [int(first), int(second)]:
@@ -106,5 +107,5 @@ def pair_of(grabber: FrameGrabber, names: tuple[str | None, str | None]) -> Pair
     return None
 
 
-def _value(grabber: FrameGrabber, name: str | None) -> object:
+def _value(grabber: FeatureSource, name: str | None) -> object:
     return grabber.feature(name).value if name and grabber.has_feature(name) else None

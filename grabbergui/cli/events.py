@@ -21,7 +21,8 @@ from grabbergui.core.errors import (
     FeatureValueError,
     UsageError,
 )
-from grabbergui.core.grabber import DeviceEvent, FrameGrabber
+from grabbergui.core.feature_source import FeatureSource
+from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.json_text import to_json
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.visible_text import print_line
@@ -88,7 +89,7 @@ def _events(options: argparse.Namespace) -> int:
     return 0
 
 
-def _known_events(grabber: FrameGrabber) -> list[str]:
+def _known_events(grabber: FeatureSource) -> list[str]:
     if not grabber.has_feature(_SELECTOR) or not grabber.has_feature(_SWITCH):
         raise FeatureError(f"{grabber.info.title} has no {_SELECTOR}, so it sends no events", _SELECTOR)
     return [entry.name for entry in grabber.feature(_SELECTOR).entries if entry.available]
@@ -100,7 +101,7 @@ def _keep(waiting: Queue[DeviceEvent], event: DeviceEvent) -> None:
 
 
 @contextmanager
-def _switched_on(grabber: FrameGrabber, names: list[str]) -> Iterator[None]:
+def _switched_on(grabber: FeatureSource, names: list[str]) -> Iterator[None]:
     """Switch the events on for the block; those that were off are switched off again."""
     switches = [SettingKey(_SWITCH, ((_SELECTOR, name),)) for name in names]
     before = [(key, grabber.read_setting(key).value) for key in switches]

@@ -12,6 +12,7 @@ from grabbergui.cli.arguments import add_source, counted, opened, remember_value
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import FeatureAccessError, UsageError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
@@ -77,7 +78,7 @@ def assignment(text: str) -> tuple[SettingKey, str]:
     return found
 
 
-def write(grabber: FrameGrabber, key: SettingKey, text: str) -> Feature:
+def write(grabber: FeatureSource, key: SettingKey, text: str) -> Feature:
     """Write a typed value, perhaps a number with a unit (`20ms`); return the feature afterwards."""
     return grabber.write_setting(key, typed_value(text, grabber.feature(key.name))).feature
 
@@ -134,7 +135,7 @@ def _set(options: argparse.Namespace) -> int:
     return 0
 
 
-def _with_selectors(grabber: FrameGrabber, key: SettingKey) -> SettingKey:
+def _with_selectors(grabber: FeatureSource, key: SettingKey) -> SettingKey:
     """Return a setting with all its selectors: those not given as the camera has them now."""
     present = grabber.setting(key.name)
     return SettingKey(key.name, tuple({**dict(present.selected), **dict(key.selected)}.items()))
@@ -146,7 +147,7 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _tree_lines(grabber: FrameGrabber, category: Category, depth: int, read: list[Feature]) -> Iterator[str]:
+def _tree_lines(grabber: FeatureSource, category: Category, depth: int, read: list[Feature]) -> Iterator[str]:
     """Yield a line for each category and feature; add the features to `read`."""
     for member in category.members:
         indent = "  " * depth

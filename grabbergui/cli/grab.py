@@ -17,9 +17,9 @@ from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import (
     UsageError,
 )
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.visible_text import print_json, print_line
@@ -73,7 +73,7 @@ def _grab(options: argparse.Namespace) -> int:
     return 0
 
 
-def _save(frame: Frame, folder: Path, grabber: FrameGrabber, scan: Scan3d | None) -> None:
+def _save(frame: Frame, folder: Path, grabber: FeatureSource, scan: Scan3d | None) -> None:
     snapshot.save(frame, folder, grabber.info)
     if scan is not None:
         snapshot.save_points(frame, folder, grabber.info, scan)

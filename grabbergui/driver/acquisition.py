@@ -13,10 +13,10 @@ from grabbergui.core import pfnc
 from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import FeatureAccessError, GrabberError
 from grabbergui.core.feature_instances import instances_of
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameFanout
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.driver.camera_formats import CameraFormats
 from grabbergui.driver.chunk_image import GEOMETRY, take_image
@@ -184,7 +184,7 @@ class Acquisition:
         self._fanout.put(frame)
 
 
-def run_free(grabber: FrameGrabber, kept: Container[str] = ()) -> None:
+def run_free(grabber: FeatureSource, kept: Container[str] = ()) -> None:
     """Write AcquisitionMode Continuous and every TriggerMode Off, except those that are `kept`."""
     modes = [SettingKey(MODE)] if grabber.has_feature(MODE) else []
     for wanted, keys in (("Continuous", modes), ("Off", instances_of(grabber, TRIGGER))):

@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -137,7 +138,7 @@ class ChunkData:
 
 
 @contextlib.contextmanager
-def restored(grabber: FrameGrabber, key: SettingKey) -> Iterator[None]:
+def restored(grabber: FeatureSource, key: SettingKey) -> Iterator[None]:
     """Restore a setting, and the automatic mode that writing it switches off, after the block.
 
     `key` has the selectors of the feature. Raises what reading and writing raise.

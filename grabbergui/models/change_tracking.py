@@ -11,6 +11,7 @@ from typing_extensions import override
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.feature_instances import instances_of
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureValue, format_value
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.settings import SettingKey, ValueChange, WriteResult
@@ -149,7 +150,7 @@ class ChangeTrackingGrabber(SharedGrabber):
         self._known[key] = value
 
 
-def every_instance(grabber: FrameGrabber, name: str) -> dict[SettingKey, FeatureValue]:
+def every_instance(grabber: FeatureSource, name: str) -> dict[SettingKey, FeatureValue]:
     """Return a feature's value under each combination of its selectors, which are restored."""
     with grabber.exclusive(grabber.selectors.of(name)):
         values = {key: grabber.read_setting(key).value for key in instances_of(grabber, name)}

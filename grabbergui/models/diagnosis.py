@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame_period import frame_period
 from grabbergui.core.frame_queue import StreamStatistics
@@ -357,17 +358,17 @@ def _no_packets(seen: StreamObservation) -> Diagnosis:
     return Diagnosis(Stage.PACKETS, summary, advice.format(port, allow, command, large))
 
 
-def _value(grabber: FrameGrabber, name: str) -> FeatureValue | None:
+def _value(grabber: FeatureSource, name: str) -> FeatureValue | None:
     feature = _feature(grabber, name)
     return None if feature is None else feature.value
 
 
-def _of_role(grabber: FrameGrabber, role: Role) -> Feature | None:
+def _of_role(grabber: FeatureSource, role: Role) -> Feature | None:
     name = grabber.role(role)
     return None if name is None else _feature(grabber, name)
 
 
-def _feature(grabber: FrameGrabber, name: str) -> Feature | None:
+def _feature(grabber: FeatureSource, name: str) -> Feature | None:
     try:
         return grabber.feature(name) if grabber.has_feature(name) else None
     except GrabberError:

@@ -16,8 +16,8 @@ from operator import methodcaller
 from psygnal import Signal
 
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.frame_period import microseconds
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import AUTO_ONCE, Role, regulating
@@ -117,17 +117,17 @@ LOOK = 0.1
 "Seconds between two reads of the automatic mode."
 
 
-def can_expose(grabber: FrameGrabber) -> bool:
+def can_expose(grabber: FeatureSource) -> bool:
     """Return whether a source has an exposure time or a gain; a recording has neither."""
     return any(grabber.role(role) is not None for role in (Role.EXPOSURE, Role.GAIN))
 
 
-def can_balance(grabber: FrameGrabber) -> bool:
+def can_balance(grabber: FeatureSource) -> bool:
     """Return whether a source has balance ratios."""
     return grabber.role(Role.BALANCE_RATIO) is not None
 
 
-def has_once(grabber: FrameGrabber, role: Role) -> bool:
+def has_once(grabber: FeatureSource, role: Role) -> bool:
     """Return whether the camera has an automatic mode for this role that runs once."""
     return automatic_once(grabber, role) is not None
 
@@ -194,7 +194,7 @@ def expose(run: TuningRun, region: Region | None) -> str:
     raise TuningError(text.format(EXPOSURE_STEPS, light.mean))
 
 
-def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
+def _exposure_parameters(grabber: FeatureSource) -> list[TuningParameter]:
     """Return exposure time and gain, if the camera has them."""
     found: list[TuningParameter | None] = []
     if (name := grabber.role(Role.EXPOSURE)) is not None:
@@ -209,7 +209,7 @@ def _exposure_parameters(grabber: FrameGrabber) -> list[TuningParameter]:
     return [parameter for parameter in found if parameter is not None]
 
 
-def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
+def _longest(grabber: FeatureSource, exposure: str) -> float | None:
     """Return the longest exposure time that the current frame rate allows; None if unknown."""
     rate = grabber.role(Role.FRAME_RATE)
     hertz = grabber.feature(rate).value if rate is not None and not rate.endswith("Raw") else None
@@ -288,7 +288,7 @@ def balance(run: TuningRun, region: Region | None) -> str:
     raise TuningError(text.format(BALANCE_STEPS))
 
 
-def _balance_parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
+def _balance_parameters(grabber: FeatureSource) -> dict[str, TuningParameter]:
     """Return the balance ratios to adjust, by channel."""
     name = grabber.role(Role.BALANCE_RATIO)
     if name is None:

@@ -8,8 +8,8 @@ from functools import partial
 from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import FeatureValue
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import PLAYBACK_POSITION
 from grabbergui.models.open_source import OpenSource
 
@@ -41,7 +41,7 @@ class PlaybackState:
     loop: bool = True
 
 
-def is_recording(grabber: FrameGrabber) -> bool:
+def is_recording(grabber: FeatureSource) -> bool:
     """Return whether a source is a recording."""
     return all(grabber.has_feature(name) for name in _PLAYBACK_FEATURES.values())
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from psygnal import Signal
 
 from grabbergui.core.errors import SourceUnavailableError, TransportError, UsageError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.shared import ReadOnlyGrabber
@@ -83,7 +84,7 @@ MakeServer: TypeAlias = "Callable[[FrameGrabber, ShareOptions, NameServersHere, 
 "Makes a server, not yet started. Raises GrabberError."
 
 
-def _no_terminal(grabber: FrameGrabber) -> Terminal:
+def _no_terminal(grabber: FeatureSource) -> Terminal:
     from grabbergui.net.tree import no_terminal
 
     return no_terminal

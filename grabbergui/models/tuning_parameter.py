@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import (
     AUTO_ONCE,
@@ -62,7 +62,7 @@ class TuningParameter:
         return None if allowed == before else allowed
 
 
-def switch_to_manual(grabber: FrameGrabber, name: str) -> Feature:
+def switch_to_manual(grabber: FeatureSource, name: str) -> Feature:
     """Switch a feature's automatic mode off, and return the feature."""
     auto = automatic_mode_of(name, grabber.has_feature)
     if auto is not None and (off := switched_off(grabber.feature(auto))) is not None:
@@ -70,7 +70,7 @@ def switch_to_manual(grabber: FrameGrabber, name: str) -> Feature:
     return grabber.feature(name)
 
 
-def automatic_once(grabber: FrameGrabber, role: Role) -> str | None:
+def automatic_once(grabber: FeatureSource, role: Role) -> str | None:
     """Return the automatic mode of a role's feature if it can run once."""
     name = grabber.role(role)
     auto = automatic_mode_of(name, grabber.has_feature) if name is not None else None

@@ -23,6 +23,7 @@ from grabbergui.core.errors import (
     GrabberError,
     SourceNotFoundError,
 )
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
@@ -351,7 +352,7 @@ def _read_node(nodes: CameraNodeMap, name: str, *, plain: bool) -> None:
 
 
 @contextmanager
-def _mode_restored(grabber: FrameGrabber) -> Iterator[None]:
+def _mode_restored(grabber: FeatureSource) -> Iterator[None]:
     """Restore AcquisitionMode, which a start may change."""
     mode = acquisition.MODE
     before = grabber.feature(mode).value if grabber.has_feature(mode) else None

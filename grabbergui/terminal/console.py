@@ -15,6 +15,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.patch_stdout import patch_stdout
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.visible_text import print_lines, visible
@@ -130,7 +131,7 @@ def _prompted(grabber: FrameGrabber, interpreter: Interpreter, finished: Callabl
             return
 
 
-def _hint(grabber: FrameGrabber, console: PromptSession[str]) -> str:
+def _hint(grabber: FeatureSource, console: PromptSession[str]) -> str:
     """Return the allowed values of the feature that is being typed."""
     words = console.default_buffer.text.split()
     if len(words) < 2 or not grabber.has_feature(words[1]):

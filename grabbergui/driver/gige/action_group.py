@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import ClassVar
 
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import frame_wait
@@ -146,7 +147,7 @@ class ActionGroup:
         return now
 
 
-def _frame_of(camera: FrameGrabber, queue: FrameQueue, timeout: float | None) -> Frame:
+def _frame_of(camera: FeatureSource, queue: FrameQueue, timeout: float | None) -> Frame:
     try:
         return queue.get(frame_wait(camera) if timeout is None else timeout)
     except FrameTimeoutError as error:

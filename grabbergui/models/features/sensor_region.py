@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
@@ -42,7 +43,7 @@ def stream_paused(
 _AXES = (("Width", "OffsetX"), ("Height", "OffsetY"))
 
 
-def has_region(grabber: FrameGrabber) -> bool:
+def has_region(grabber: FeatureSource) -> bool:
     """Return whether the camera's region can be chosen."""
     return all(grabber.has_feature(name) for axis in _AXES for name in axis)
 
@@ -81,7 +82,7 @@ def fitted(start: int, length: int, size: Feature, offset: Feature) -> tuple[int
     return length, max(lowest, begin)
 
 
-def _cut(grabber: FrameGrabber, axis: tuple[str, str], region: Region) -> None:
+def _cut(grabber: FeatureSource, axis: tuple[str, str], region: Region) -> None:
     size_name, offset_name = axis
     size, offset = grabber.feature(size_name), grabber.feature(offset_name)
     start, length = (region.x, region.width) if size_name == "Width" else (region.y, region.height)
@@ -95,7 +96,7 @@ def _cut(grabber: FrameGrabber, axis: tuple[str, str], region: Region) -> None:
             grabber.write_feature(name, value)
 
 
-def _full(grabber: FrameGrabber, axis: tuple[str, str]) -> None:
+def _full(grabber: FeatureSource, axis: tuple[str, str]) -> None:
     size_name, offset_name = axis
     offset = grabber.feature(offset_name)
     if offset.value != offset.minimum and offset.minimum is not None:
@@ -115,7 +116,7 @@ def _paused(grabber: FrameGrabber, change: Callable[[tuple[str, str]], None]) ->
     return Region(x, y, width, height)
 
 
-def _require(grabber: FrameGrabber) -> None:
+def _require(grabber: FeatureSource) -> None:
     for name in (name for axis in _AXES for name in axis):
         if not grabber.has_feature(name):
             raise FeatureNotFoundError(

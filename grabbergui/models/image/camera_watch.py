@@ -8,6 +8,7 @@ from collections.abc import Callable
 from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
@@ -16,7 +17,7 @@ _POLARISED = re.compile(r"Polar(i[sz]|Mono|Angle)", re.IGNORECASE)
 """Vendors' names: `PolarizedAngles_0d_45d_90d_135d_Mono8`, `PolarizeMono12p`, `PolarizationMode`."""
 
 
-def is_polarised(grabber: FrameGrabber) -> bool:
+def is_polarised(grabber: FeatureSource) -> bool:
     """Return whether a camera has polarised pixel formats or features of polarisation.
 
     Waits for the camera. PFNC 2.4 does not mark a polarised mosaic, so a camera may send it as plain Mono.

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, ValueChange
@@ -40,7 +41,7 @@ class UserSet:
     "Whether the camera starts with it."
 
 
-def has_user_sets(grabber: FrameGrabber) -> bool:
+def has_user_sets(grabber: FeatureSource) -> bool:
     """Return whether the camera has user sets that can be loaded."""
     return grabber.has_feature(_SELECTOR) and grabber.has_feature(_LOAD)
 
@@ -126,7 +127,7 @@ def start_with_user_set(grabber: ChangeTrackingGrabber, name: str) -> None:
     grabber.write_feature(starting, name)
 
 
-def _power_on_choice(grabber: FrameGrabber) -> str | None:
+def _power_on_choice(grabber: FeatureSource) -> str | None:
     names = [name for name in _STARTS_WITH if grabber.has_feature(name)]
     return next((n for n in names if grabber.feature(n).kind is FeatureKind.ENUMERATION), None)
 
@@ -135,6 +136,6 @@ def _of_set(command: str, name: str) -> SettingKey:
     return SettingKey(command, ((_SELECTOR, name),))
 
 
-def _require_user_sets(grabber: FrameGrabber) -> None:
+def _require_user_sets(grabber: FeatureSource) -> None:
     if not has_user_sets(grabber):
         raise FeatureNotFoundError(f"{grabber.info.title} keeps no sets of settings", _SELECTOR)

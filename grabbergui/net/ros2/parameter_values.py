@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from grabbergui.core.errors import FeatureNotFoundError, FeatureValueError
+from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.net.ros2.runtime import sendable
 
@@ -121,7 +121,7 @@ def _fits_a_slider(low: float, high: float) -> bool:
     return 0 < span < math.inf and max(abs(low), abs(high)) / span < _SLIDER.stop / 100
 
 
-def setting_of(grabber: FrameGrabber, name: str) -> SettingKey:
+def setting_of(grabber: FeatureSource, name: str) -> SettingKey:
     """Return the setting that a parameter means: `Gain`, or `BalanceRatio.Red` with its selectors' entries.
 
     Raises FeatureNotFoundError for a number of entries other than that of the selectors.
