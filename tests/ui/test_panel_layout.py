@@ -7,7 +7,7 @@ from PyQt5.QtWidgets import QAction, QApplication, QDockWidget
 
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.panel_layout import Arrangement, arrangement_for
+from grabbergui.ui.views.panel_layout import PanelArrangement, arrangement_for
 
 
 @pytest.fixture(autouse=True)
@@ -19,10 +19,10 @@ def styled(qapp, request):
 
 @pytest.mark.parametrize(
     ("size", "tool", "expected"),
-    [((1920, 1080), True, Arrangement.STACKED), ((1366, 768), False, Arrangement.STACKED),
-     ((1366, 768), True, Arrangement.TABS), ((1024, 600), True, Arrangement.TABS),
-     ((1199, 1080), True, Arrangement.TABS), ((640, 360), False, Arrangement.TABS),
-     ((640, 360), True, Arrangement.ONE), ((1080, 1920), True, Arrangement.BELOW)],
+    [((1920, 1080), True, PanelArrangement.STACKED), ((1366, 768), False, PanelArrangement.STACKED),
+     ((1366, 768), True, PanelArrangement.TABS), ((1024, 600), True, PanelArrangement.TABS),
+     ((1199, 1080), True, PanelArrangement.TABS), ((640, 360), False, PanelArrangement.TABS),
+     ((640, 360), True, PanelArrangement.ONE), ((1080, 1920), True, PanelArrangement.BELOW)],
 )  # fmt: skip
 def test_the_arrangement_is_the_one_for_the_size(size, tool, expected):
     assert arrangement_for(QSize(*size), tool=tool) is expected
@@ -44,18 +44,18 @@ def seen(app):
 
 def test_panels_follow_the_size_of_the_window_and_stay_open(app):
     window = app.window
-    arranged(app, 1920, 1080, Arrangement.STACKED)
+    arranged(app, 1920, 1080, PanelArrangement.STACKED)
     panel(app, "F2").trigger()
     app.until(lambda: seen(app) == {window.sourcesDock, window.featuresDock, window.histogramDock})
     assert window.sourcesDock.y() < window.featuresDock.y() < window.histogramDock.y()
-    arranged(app, 1024, 600, Arrangement.TABS)
+    arranged(app, 1024, 600, PanelArrangement.TABS)
     app.until(lambda: window.histogramDock in seen(app) and len(seen(app)) == 2)
     assert window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock)
-    arranged(app, 640, 400, Arrangement.ONE)
+    arranged(app, 640, 400, PanelArrangement.ONE)
     app.until(lambda: len(seen(app)) == 1)
-    arranged(app, 1080, 1900, Arrangement.BELOW)
+    arranged(app, 1080, 1900, PanelArrangement.BELOW)
     app.until(lambda: window.featuresDock.y() > window.image.height())
-    arranged(app, 1920, 1080, Arrangement.STACKED)
+    arranged(app, 1920, 1080, PanelArrangement.STACKED)
     app.until(lambda: seen(app) == {window.sourcesDock, window.featuresDock, window.histogramDock})
 
 
@@ -79,14 +79,14 @@ def test_a_plot_has_a_useful_height_wherever_it_is(make_app, qapp, request, lang
 
 def test_a_panel_that_was_moved_stays_until_the_layout_is_reset(app):
     window = app.window
-    arranged(app, 1920, 1080, Arrangement.STACKED)
+    arranged(app, 1920, 1080, PanelArrangement.STACKED)
     window.addDockWidget(Qt.LeftDockWidgetArea, window.sourcesDock)  # as the mouse does
     window.featuresDock.close()
     panel(app, "F2").trigger()
-    arranged(app, 1024, 600, Arrangement.OWN)
+    arranged(app, 1024, 600, PanelArrangement.OWN)
     assert window.dockWidgetArea(window.sourcesDock) == Qt.LeftDockWidgetArea
     window.actionResetLayout.trigger()
-    app.until(lambda: window._panels.arrangement is Arrangement.TABS)
+    app.until(lambda: window._panels.arrangement is PanelArrangement.TABS)
     assert window.dockWidgetArea(window.sourcesDock) == Qt.RightDockWidgetArea
     assert not window.featuresDock.isHidden() and window.histogramDock.isHidden()
 
@@ -104,16 +104,16 @@ def test_the_arrangement_is_kept_and_so_is_a_panel_of_its_own(make_app):
     assert app.window.histogramDock.isFloating() and not app.window.histogramDock.isHidden()
     first.addDockWidget(Qt.LeftDockWidgetArea, first.sourcesDock)
     assert app.window.restoreState(first.saveState())
-    app.until(lambda: app.window._panels.arrangement is Arrangement.OWN)
+    app.until(lambda: app.window._panels.arrangement is PanelArrangement.OWN)
     assert app.window.dockWidgetArea(app.window.sourcesDock) == Qt.LeftDockWidgetArea
 
 
 def test_the_width_of_the_panels_is_the_users(app):
     window = app.window
-    arranged(app, 1024, 600, Arrangement.TABS)
-    arranged(app, 1920, 1080, Arrangement.STACKED)
+    arranged(app, 1024, 600, PanelArrangement.TABS)
+    arranged(app, 1920, 1080, PanelArrangement.STACKED)
     app.until(lambda: window.featuresDock.width() == 390)
     window.resizeDocks([window.featuresDock], [500], Qt.Horizontal)
     app.until(lambda: window.featuresDock.width() == 500)
-    arranged(app, 1600, 900, Arrangement.STACKED)
+    arranged(app, 1600, 900, PanelArrangement.STACKED)
     assert app.settled(window.featuresDock.width) == 500

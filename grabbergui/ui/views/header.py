@@ -12,7 +12,7 @@ ARROW = 6
 "Pixels at the end of the tool bar that Qt does not reserve for its whole arrow."
 
 
-class Header(QWidget):
+class WindowHeader(QWidget):
     """Gives the tool bar a line of its own only if the window is too narrow for one line of everything."""
 
     def __init__(self, menus: QMenuBar, tools: QToolBar, recording: RecordingBar) -> None:

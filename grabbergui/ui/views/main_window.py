@@ -36,7 +36,7 @@ from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.gallery import Gallery
-from grabbergui.ui.views.header import Header
+from grabbergui.ui.views.header import WindowHeader
 from grabbergui.ui.views.help_views import LogPanel
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel, ValuesPanel
@@ -176,7 +176,7 @@ class MainWindow(QMainWindow):
         if (line := self.statusbar.layout()) is not None:
             line.setContentsMargins(0, 0, 0, 0)
         self.removeToolBar(self.toolBar)
-        self.header = Header(self.menubar, self.toolBar, self.recordingBar)
+        self.header = WindowHeader(self.menubar, self.toolBar, self.recordingBar)
         self.setMenuWidget(self.header)
         self._tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock,
                        self.changesDock, self.logDock)  # fmt: skip

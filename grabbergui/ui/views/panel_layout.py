@@ -20,7 +20,7 @@ BELOW_SHARE = 0.4
 "Of a tall window's height, for the panels below the image."
 
 
-class Arrangement(Enum):
+class PanelArrangement(Enum):
     """Places of the panels; the values are kept in settings."""
 
     STACKED = "stacked"
@@ -35,14 +35,14 @@ class Arrangement(Enum):
     "Where the user put them."
 
 
-def arrangement_for(size: QSize, *, tool: bool) -> Arrangement:
+def arrangement_for(size: QSize, *, tool: bool) -> PanelArrangement:
     """Return the arrangement for a window of that size; `tool` is whether a panel of tools is shown."""
     if size.height() > size.width():
-        return Arrangement.BELOW
+        return PanelArrangement.BELOW
     room = size.height() - LEAST_TOOL * tool
     if size.width() >= LEAST_WIDTH and room >= 2 * LEAST_PANEL:
-        return Arrangement.STACKED
-    return Arrangement.TABS if room >= LEAST_PANEL else Arrangement.ONE
+        return PanelArrangement.STACKED
+    return PanelArrangement.TABS if room >= LEAST_PANEL else PanelArrangement.ONE
 
 
 class PanelLayout(QObject):
@@ -61,7 +61,7 @@ class PanelLayout(QObject):
         super().__init__(window)
         self._window, self._sides, self._tools = window, sides, tuple(tools)
         self._docks = (*sides, *tools)
-        self._shown: Arrangement | None = None
+        self._shown: PanelArrangement | None = None
         self._busy = False
         "Whether docks move because of this class, not of the user."
         self._opened = False
@@ -72,7 +72,7 @@ class PanelLayout(QObject):
         window.installEventFilter(self)
 
     @property
-    def arrangement(self) -> Arrangement | None:
+    def arrangement(self) -> PanelArrangement | None:
         """The present arrangement; None until the window was laid out for the first time."""
         return self._shown
 
@@ -86,7 +86,7 @@ class PanelLayout(QObject):
     def adapt(self) -> None:
         """Arrange the panels for the window's size; not those that the user has moved."""
         wanted = self._wanted()
-        if self._shown not in (wanted, Arrangement.OWN) and not self._window.isFullScreen():
+        if self._shown not in (wanted, PanelArrangement.OWN) and not self._window.isFullScreen():
             self._arrange(wanted)
         elif self._opened:
             self._size()
@@ -94,7 +94,7 @@ class PanelLayout(QObject):
 
     def restored(self, name: str) -> None:
         """Take over an arrangement that Qt restored, by its name in the settings."""
-        self._shown = Arrangement(name) if name in {each.value for each in Arrangement} else None
+        self._shown = PanelArrangement(name) if name in {each.value for each in PanelArrangement} else None
         self.adapt()
 
     def reset(self) -> None:
@@ -108,15 +108,15 @@ class PanelLayout(QObject):
         """Count the docks' next moves as the program's (`busy`), or as the user's again."""
         self._busy = busy
 
-    def _wanted(self) -> Arrangement:
+    def _wanted(self) -> PanelArrangement:
         docked = [dock for dock in self._tools if not dock.isHidden() and not dock.isFloating()]
         return arrangement_for(self._window.size(), tool=bool(docked))
 
-    def _arrange(self, wanted: Arrangement) -> None:
+    def _arrange(self, wanted: PanelArrangement) -> None:
         window, (sources, features), (first, *others) = self._window, self._sides, self._tools
         in_front = [dock for dock in self._docks if not dock.visibleRegion().isEmpty()]
         self._shown, self._busy = wanted, True
-        below = wanted is Arrangement.BELOW
+        below = wanted is PanelArrangement.BELOW
         area = Qt.DockWidgetArea.BottomDockWidgetArea if below else Qt.DockWidgetArea.RightDockWidgetArea
         docked = [dock for dock in self._docks if not dock.isFloating()]
         across = Qt.Orientation.Horizontal if below else Qt.Orientation.Vertical
@@ -125,9 +125,9 @@ class PanelLayout(QObject):
         for dock in docked:
             if dock in others and first in docked:
                 window.tabifyDockWidget(first, dock)
-            elif wanted is not Arrangement.STACKED and dock is features and sources in docked:
+            elif wanted is not PanelArrangement.STACKED and dock is features and sources in docked:
                 window.tabifyDockWidget(sources, features)
-        if wanted is Arrangement.ONE and first in docked:
+        if wanted is PanelArrangement.ONE and first in docked:
             for dock in (first, *others):
                 window.tabifyDockWidget(features, dock)
         for dock in (features, *in_front):
@@ -140,14 +140,14 @@ class PanelLayout(QObject):
     def _size(self) -> None:
         """Give the panels their first heights; the user may drag them."""
         window, (sources, features), centre = self._window, self._sides, self._window.centralWidget()
-        if centre is None or self._shown in (None, Arrangement.OWN, Arrangement.ONE):
+        if centre is None or self._shown in (None, PanelArrangement.OWN, PanelArrangement.ONE):
             return
-        if self._shown is Arrangement.BELOW:
+        if self._shown is PanelArrangement.BELOW:
             below = round(window.height() * BELOW_SHARE)
             window.resizeDocks([features], [below], Qt.Orientation.Vertical)
             return
         heights = {features: centre.height()}
-        if self._shown is Arrangement.STACKED:
+        if self._shown is PanelArrangement.STACKED:
             heights[sources] = round(centre.height() * SOURCES_SHARE)
         for dock in self._tools:
             if not dock.visibleRegion().isEmpty():
@@ -157,4 +157,4 @@ class PanelLayout(QObject):
 
     def _on_dock_moved(self, area: Qt.DockWidgetArea) -> None:
         if not self._busy and area != Qt.DockWidgetArea.NoDockWidgetArea:
-            self._shown = Arrangement.OWN
+            self._shown = PanelArrangement.OWN
