@@ -12,6 +12,7 @@ INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")
 START = 1_700_000_000_000_000_000
 STEP = 20_000_000
 NAMES = {
+    RecordingKind.BAG: "bag",
     RecordingKind.PNG: "images",
     RecordingKind.TIFF: "images",
     **dict.fromkeys(MOVIE_KINDS, "movie.mp4"),
