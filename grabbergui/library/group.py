@@ -230,7 +230,7 @@ class GroupFrames:
         watch = ClockWatch(clocks, lambda: None)
         watch.start()
         stack.callback(watch.stop)
-        sets = SetStream(grabbers, clocks, matcher, lambda images: queue.put(SetFrame.of(images, names)))
+        sets = SetStream(grabbers, clocks, matcher, lambda images: queue.put(SetFrame.of(images)))
         sets.start()
         stack.callback(sets.stop)
         for camera in self._cameras:

@@ -37,6 +37,7 @@ class RecordedTopic:
     type: str
     messages: int = 0
 
+
 SETS_TOPIC = "/rig/sets"
 """Which frames of several cameras belong together (`std_msgs/String`, JSON). It follows the images, so a file
 that was cut short has whole sets only."""

@@ -93,6 +93,11 @@ class FrameSet(dict[str, T], Generic[T]):
         self._cameras = tuple(cameras)
 
     @property
+    def cameras(self) -> tuple[str, ...]:
+        """The names of all cameras of the rig, in its order."""
+        return self._cameras
+
+    @property
     def time_ns(self) -> int:
         """The earliest time of its frames; without frames, the time that was scheduled."""
         return min((stamp.time_ns for stamp in self.stamps.values()), default=self._place_ns)
@@ -115,7 +120,9 @@ class FrameSet(dict[str, T], Generic[T]):
 
     def put_in_order(self) -> None:
         """Order the frames as the cameras are in the rig."""
-        frames = {name: self[name] for name in self._cameras if name in self}
+        present = [name for name in self._cameras if name in self.stamps]
+        frames = {name: self[name] for name in present}
+        self.stamps = {name: self.stamps[name] for name in present}
         self.clear()
         self.update(frames)
 

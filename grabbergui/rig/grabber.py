@@ -351,7 +351,7 @@ class RigGrabber(FrameGrabber):
 
     def _deliver(self, images: FrameSet[Frame]) -> None:
         if images:
-            self._fanout.put(SetFrame.of(images, tuple(self.cameras)))
+            self._fanout.put(SetFrame.of(images))
 
     def _on_taken(self, camera: str, frame: Frame) -> None:
         if (watch := self._watches.get(camera)) is not None:

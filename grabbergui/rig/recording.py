@@ -91,7 +91,7 @@ class RigRecording(RecordingReader):
         if not found.missing:
             late = text.get("state") == SetState.LATE.value
             found.state = SetState.LATE if late else SetState.COMPLETE
-        frame = SetFrame.of(found, self.cameras)
+        frame = SetFrame.of(found)
         frame.received_ns = received_ns
         return frame
 
@@ -131,12 +131,14 @@ def _is_description(text: object) -> bool:
     if not isinstance(text, dict) or not isinstance(text.get("missing"), list):
         return False
     offsets = text.get("offsets_ns")
+    if not isinstance(text.get("cameras", []), list):
+        return False
     whole = isinstance(offsets, dict) and all(isinstance(value, int) for value in offsets.values())
     return whole and isinstance(text.get("index", 0), int) and all(map(_is_name, _names(text)))
 
 
 def _names(text: dict[str, Any]) -> list[Any]:
-    return [*text["offsets_ns"], *text["missing"]]
+    return [*text.get("cameras", ()), *text["offsets_ns"], *text["missing"]]
 
 
 def _is_name(name: object) -> bool:

@@ -20,10 +20,10 @@ class SetFrame(Frame):
     "The frames by the names of their cameras."
 
     @classmethod
-    def of(cls, images: FrameSet[Frame], cameras: tuple[str, ...]) -> SetFrame:
-        """Return the frame of a set, whose times are on the monotonic clock; `cameras` in the rig's order."""
+    def of(cls, images: FrameSet[Frame]) -> SetFrame:
+        """Return the frame of a set, whose times are on the monotonic clock."""
         parts: list[Component] = []
-        for source, name in enumerate(cameras):
+        for source, name in enumerate(images.cameras):
             if (frame := images.get(name)) is not None:
                 parts += [replace(part, source=source, camera=name) for part in frame.components]
         own = own_component(parts)
@@ -68,6 +68,7 @@ class SetFrame(Frame):
             {
                 "index": images.index,
                 "state": images.state.value,
+                "cameras": list(images.cameras),
                 "offsets_ns": {name: stamp.time_ns - images.time_ns for name, stamp in images.stamps.items()},
                 "frame_ids": {name: each.frame_id for name, each in images.items()},
                 "missing": list(images.missing),
@@ -79,6 +80,6 @@ class SetFrame(Frame):
         images = copy(self.images)
         for name, frame in self.images.items():
             images[name] = frame.detached()
-        made = SetFrame.of(images, (*self.images, *self.images.missing))
+        made = SetFrame.of(images)
         made.received_ns, made.captured = self.received_ns, self.captured
         return made
