@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import Grey
-from grabbergui.driver.sim import rendered_world as world
+from grabbergui.driver.sim import person
 
 POSES = tuple(itertools.product((-40, -25, -10, 10, 25, 40), (-25, -12, 0, 12, 25)))
 "Yaw and pitch of the heads, degrees."
@@ -54,7 +54,7 @@ class Face:
 
 def drawn_face() -> Face:
     """Return the face of the simulated person."""
-    return Face("drawn", 255 * world.face(512)[..., 1].astype(np.float32), (256, 230), (150, 215, 190))
+    return Face("drawn", 255 * person.face(512)[..., 1].astype(np.float32), (256, 230), (150, 215, 190))
 
 
 def photographed_faces(folder: Path) -> Iterator[Face]:

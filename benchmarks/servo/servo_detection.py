@@ -24,7 +24,7 @@ from benchmarks.servo import _heads
 from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.scheduling import single_threaded
-from grabbergui.driver.sim import rendered_world as world
+from grabbergui.driver.sim import person
 from grabbergui.servo.detection import FaceDetector
 from grabbergui.servo.face_detectors import CascadeFaceDetector, YuNetFaceDetector, installed_model
 
@@ -190,7 +190,7 @@ def busy_image(width: int, height: int) -> tuple[NDArray[np.uint8], dict[int, ND
         corners[FIRST_ID + index] = lay_marker(image, FIRST_ID + index, side, middle, random.uniform(-8, 8))
     size = width // 7
     place = slice(height - size, height), slice(width // 40, width // 40 + size)
-    face = cv2.resize(world.face(256), (size, size))
+    face = cv2.resize(person.face(256), (size, size))
     image[place] += face[..., 3] * (255 * face[..., 1] - image[place])
     noisy = cv2.GaussianBlur(image, (0, 0), 0.8) + random.normal(0, 3, (height, width))
     return np.clip(noisy, 0, 255).astype(np.uint8), corners

@@ -52,11 +52,7 @@ class Unavailable(Enum):
     LAST = QT_TRANSLATE_NOOP("Lack", "This control is the last one already.")
     PAGE = QT_TRANSLATE_NOOP("Lack", "This is the first page.")
     VIEWS = QT_TRANSLATE_NOOP("Lack", "There are too few views yet.")
-    CONSENT = QT_TRANSLATE_NOOP("Lack", "Tick the box above first.")
     MARKERS = QT_TRANSLATE_NOOP("Lack", "A chessboard has no markers.")
-    PATTERN = QT_TRANSLATE_NOOP("Lack", "A single marker has no rows and columns.")
-    NAMED = QT_TRANSLATE_NOOP("Lack", "The name is published: stop publishing it first.")
-    HAND_EYE = QT_TRANSLATE_NOOP("Lack", "Hand and eye of this robot cannot be calibrated here.")
     OFFER = QT_TRANSLATE_NOOP("Lack", "The camera does not offer this now.")
 
     @property

@@ -13,7 +13,7 @@ from grabbergui.calibration.marker_pose import MarkerDetection, judged
 from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim import rendered_world as world
+from grabbergui.driver.sim import person
 from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo import face_detectors, face_search
 from grabbergui.servo.config import Config
@@ -347,7 +347,7 @@ def test_a_search_that_fails_is_logged_once_and_the_next_one_finds_the_face(made
 
 
 def test_a_face_near_a_box_is_found_in_the_whole_images_coordinates():
-    drawn, image = cv2.resize(world.face(256), (240, 240)), np.full((1080, 1920), 120, np.float32)
+    drawn, image = cv2.resize(person.face(256), (240, 240)), np.full((1080, 1920), 120, np.float32)
     place = slice(500, 740), slice(1200, 1440)
     image[place] += drawn[..., 3] * (255 * drawn[..., 1] - image[place])
     detector = CascadeFaceDetector(Calibration.from_field_of_view(1920, 1080, 60))

@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.driver.sim import person
 from grabbergui.driver.sim import rendered_world as world
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.rendered_world import Matrix, Panel, Texture, draw
@@ -193,9 +194,9 @@ class RenderedScene(Scene):
         panels = []
         face, board = self.things.face(seconds), self.things.board(seconds)
         if face is not None:
-            panels.append(Panel(face, 0.24, 0.24, world.face(), fine=True))
+            panels.append(Panel(face, 0.24, 0.24, person.face(), fine=True))
             below = face @ _shift(0.0, -0.33, -0.03)
-            panels.append(Panel(below, 0.52, 0.52, world.torso(), fine=True))
+            panels.append(Panel(below, 0.52, 0.52, person.torso(), fine=True))
         if board is not None:
             sheet = self.things.sheet
             panels.append(Panel(board, sheet.width, sheet.height, sheet.texture, fine=True))

@@ -26,7 +26,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.core.drawing import BAD, GOOD
-from grabbergui.models.language import localized
+from grabbergui.models.language import localized, translate
 from grabbergui.models.markup import Markup, markup, table
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.servo.config import MarkerConfig
@@ -273,8 +273,9 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         with QSignalBlocker(self.publishButton):
             self.publishButton.setChecked(published)
         self.publishButton.setText(self.tr("On &tf") if published else self.tr("Publish in &tf"))
+        reason = translate("Lack", "The name is published: stop publishing it first.")
         for edit in (self.mountEdit, self.frameEdit):
-            set_available(edit, Unavailable.NAMED if published else None)
+            set_available(edit, reason if published else None)
 
     def showError(self, text: str) -> None:
         """Show an error message."""
@@ -313,15 +314,17 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
         rests = None if enough else Unavailable.VIEWS
+        unticked = translate("Lack", "Tick the box above first.")
         reasons = {
             HandEyePage.SETUP: self._refused.get(eye),
-            HandEyePage.PLAN: None if self.agreeBox.isChecked() else Unavailable.CONSENT,
+            HandEyePage.PLAN: None if self.agreeBox.isChecked() else unticked,
             HandEyePage.MOTION: Unavailable.PATIENCE if self._running else rests,
             HandEyePage.RESULT: None,
         }
         set_available(self.nextButton, reasons[self.page])
+        single = translate("Lack", "A single marker has no rows and columns.")
         for box in (self.columnsBox, self.rowsBox, self.pitchBox):
-            set_available(box, None if self.kindBox.currentIndex() else Unavailable.PATTERN)
+            set_available(box, None if self.kindBox.currentIndex() else single)
 
     def _show_eye(self) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")

@@ -13,7 +13,6 @@ from grabbergui.calibration.calibration_choice import CalibrationChoice, Calibra
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import UserMessage
-from grabbergui.models.unavailable import Unavailable
 from grabbergui.servo.models.servo_proxy import HAND_EYE, Run
 from grabbergui.servo.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.runner import STOPPED, Runner
@@ -47,7 +46,7 @@ class ServoController(QObject):
         """The calibration dialog that is open on top of the window, if any."""
         self.hand_eye_wanted = False
         "Whether hand and eye are to be calibrated, now that the window is closed."
-        window.setHandEyeAvailable(None if hand_eye else Unavailable.HAND_EYE)
+        window.setHandEyeAvailable(hand_eye)
         window.handEyePressed.connect(self._on_window_hand_eye_pressed)
         self._window, self._runner, self._calibration = window, runner, calibration
         self._offer: UserMessage | None = None

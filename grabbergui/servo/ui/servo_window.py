@@ -25,7 +25,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.drawing import Drawing
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.language import localized
+from grabbergui.models.language import localized, translate
 from grabbergui.models.markup import joined, markup
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.servo.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
@@ -283,9 +283,10 @@ class ServoWindow(QWidget):
         """Show what is measured of the hand beside its limits."""
         self.limitsLabel.setText(text)
 
-    def setHandEyeAvailable(self, reason: Unavailable | None) -> None:
-        """Show whether hand and eye can be calibrated now, and what it lacks if not."""
-        set_available(self.handEyeButton, reason)
+    def setHandEyeAvailable(self, available: bool) -> None:
+        """Show whether hand and eye can be calibrated now, and why not."""
+        reason = translate("Lack", "Hand and eye of this robot cannot be calibrated here.")
+        set_available(self.handEyeButton, None if available else reason)
 
     def addEntry(self, entry: Entry) -> None:
         """Add a line to the history."""

@@ -68,7 +68,7 @@ def test_only_what_the_robot_can_do_is_offered(dialog):
     assert not dialog.nextButton.isEnabled()
     assert dialog.nextButton.toolTip() == "TEO does not report its joints"
     dialog.setPage(HandEyePage.PLAN)
-    assert dialog.nextButton.toolTip() == Unavailable.CONSENT.text
+    assert dialog.nextButton.toolTip() == "Tick the box above first."
     dialog.agreeBox.setChecked(True)
     assert dialog.nextButton.isEnabled() and not dialog.nextButton.toolTip()
 
