@@ -10,21 +10,16 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtGui import QImage
 from PyQt5.QtWidgets import (
     QAbstractButton,
-    QAbstractItemView,
     QAbstractSlider,
     QAbstractSpinBox,
     QApplication,
     QCheckBox,
     QComboBox,
     QDockWidget,
-    QGraphicsView,
-    QHeaderView,
     QLabel,
     QLineEdit,
     QPlainTextEdit,
     QPushButton,
-    QScrollBar,
-    QTableView,
     QToolBar,
     QToolButton,
     QWidget,
@@ -34,20 +29,8 @@ from screen_reader import Heard, hear
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.tab_order import LINE_HEIGHT, reading_order
 from grabbergui.ui.widgets.labels import ElidedLabel
+from operated_controls import controls, is_qts_own, spoken_name
 from patience import PROGRAM
-
-CONTROLS = (
-    QAbstractButton,
-    QAbstractItemView,
-    QAbstractSlider,
-    QAbstractSpinBox,
-    QComboBox,
-    QGraphicsView,
-    QLineEdit,
-    QPlainTextEdit,
-)
-QTS_OWN = ("qt_", "ScrollLeftButton", "ScrollRightButton")
-"Beginnings of the names of parts that Qt makes and names itself."
 
 
 def full_of_panels(app):
@@ -76,27 +59,6 @@ def settled(window):
         rows.rows(name) and all(row.editor is not None for row in rows.rows(name))
         for name in window.features.watched
     )
-
-
-def is_qts_own(widget):
-    corner = isinstance(widget, QAbstractButton) and isinstance(widget.parent(), QTableView)
-    return widget.objectName().startswith(QTS_OWN) or corner or isinstance(widget, (QScrollBar, QHeaderView))
-
-
-def controls(window):
-    """Return the widgets that a user can operate, at any depth."""
-    for widget in window.findChildren(QWidget):
-        parts = isinstance(widget.parent(), (QAbstractSpinBox, QComboBox, QLineEdit))
-        inner = isinstance(widget.window(), QWidget) and widget.window() is not window
-        if isinstance(widget, CONTROLS) and not (parts or inner or is_qts_own(widget)):
-            yield widget
-
-
-def spoken_name(control, window):
-    """Return a control's name for screen readers, by Qt's own rules."""
-    text = control.text() if isinstance(control, QAbstractButton) else ""
-    label = next((label for label in window.findChildren(QLabel) if label.buddy() is control), None)
-    return control.accessibleName() or text or (label.text() if label is not None else "")
 
 
 def test_every_control_has_a_name_to_be_read_aloud(app):

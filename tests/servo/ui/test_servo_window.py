@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
-from test_accessibility import controls, spoken_name
 
 from grabbergui.core.drawing import Drawing, Stroke
 from grabbergui.core.pixels import DisplayImage, Region
@@ -19,6 +18,7 @@ from grabbergui.servo.ui.servo_controller import ServoController
 from grabbergui.servo.ui.servo_window import MOST_ENTRIES, ServoWindow
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
+from operated_controls import controls, spoken_name
 
 TUNING = Tuning.of(Config())
 
