@@ -15,7 +15,7 @@ from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.other_program import holder_name, recordings_of
 from grabbergui.models.source_opener import SourceOpener
-from grabbergui.models.sources import ListedSource, SourceListModel, typed_uri, with_description
+from grabbergui.models.sources import FEWEST, ListedSource, SourceListModel, typed_uri, with_description
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -167,7 +167,9 @@ class SourcesController(QObject):
     def _show(self) -> None:
         lines = self._model.sources
         self._view.setSources(lines)
-        self._view.hintLabel.setVisible(all(line.info.uri.startswith(SIMULATED) for line in lines))
+        simulated = all(line.info.uri.startswith(SIMULATED) for line in lines)
+        several = sum(line.connected for line in lines) >= FEWEST  # their tiles need the room
+        self._view.hintLabel.setVisible(simulated and not several)
 
     def _on_source_state_changed(self, state: LinkState, _: str) -> None:
         source = self._open_sources.current

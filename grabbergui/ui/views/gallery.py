@@ -1,18 +1,17 @@
-"""The tiles of the open sources, below the image."""
+"""The tiles of the open sources, each with its live image."""
 
 from __future__ import annotations
 
 from PyQt5.QtCore import QRectF, QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
+from PyQt5.QtGui import QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import (
-    QBoxLayout,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QScrollArea,
     QStyle,
     QStyleOption,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
@@ -23,12 +22,8 @@ from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.widgets.image_items import DIMMED, as_qimage
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 
-TILE_WIDTH, TILE_HEIGHT = 204, 156
-"Size of a tile in pixels."
-COMPACT_WIDTH, COMPACT_HEIGHT = 152, 62
-"Size of a compact tile in pixels; two fit side by side on 800 pixels."
-TILE_IMAGE, COMPACT_IMAGE = (150, 84), (44, 50)
-"Least size of a tile's image in pixels."
+TILE_HEIGHT = 62
+"Of a tile, pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 "Keys that make a tile's source current."
 
@@ -85,7 +80,6 @@ class CameraTile(QFrame):
     chosen = pyqtSignal()
     closeRequested = pyqtSignal()
 
-    verticalLayout: QBoxLayout
     thumbnail: Thumbnail
     recordingLabel: QLabel
     titleLabel: ElidedLabel
@@ -95,6 +89,7 @@ class CameraTile(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("camera_tile", self)
+        self.setFixedHeight(TILE_HEIGHT)
         self.titleLabel.elide_mode = Qt.TextElideMode.ElideMiddle
         self.closeButton.clicked.connect(self.closeRequested)
         self.recordingLabel.hide()
@@ -105,19 +100,6 @@ class CameraTile(QFrame):
         self.titleLabel.setTexts(title, *shorter)
         self.setAccessibleName(title)
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
-
-    def setCompact(self, compact: bool, width: int = COMPACT_WIDTH) -> None:
-        """Put the image beside the text, which needs less height, or above it."""
-        self.verticalLayout.setDirection(
-            QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
-        )
-        self.verticalLayout.setSpacing(6 if compact else 1)
-        self.thumbnail.setMinimumSize(*(COMPACT_IMAGE if compact else TILE_IMAGE))
-        self.thumbnail.setMaximumWidth(COMPACT_IMAGE[0] if compact else TILE_WIDTH)
-        if compact:
-            self.setFixedSize(width, COMPACT_HEIGHT)
-        else:
-            self.setFixedSize(TILE_WIDTH, TILE_HEIGHT)
 
     def setState(self, text: str, tone: Tone) -> None:
         """Show the source's state, in a word or a figure, and how good that is."""
@@ -162,53 +144,40 @@ class CameraTile(QFrame):
 
 
 class Gallery(QWidget):
-    """A row of tiles in the order they were added; hidden while it is empty or has no room."""
+    """The tiles, one below the other, in the order they were added; hidden while there are none."""
+
+    filled = pyqtSignal(bool)
+    """Whether there are tiles, after a change."""
 
     scrollArea: QScrollArea
-    tilesLayout: QHBoxLayout
+    tilesLayout: QVBoxLayout
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("gallery", self)
         self._tiles: list[CameraTile] = []
-        self._compact = True
-        self.roomy = True
-        """Whether the tiles are shown: there is room for them."""
-        self.setCompact(False)
         self.hide()
 
     @property
     def tiles(self) -> list[CameraTile]:
-        """The tiles from left to right."""
+        """The tiles from top to bottom."""
         return list(self._tiles)
 
-    def setCompact(self, compact: bool) -> None:
-        """Show low tiles, or high ones."""
-        if compact == self._compact:
-            return
-        self._compact = compact
-        self._arrange()
-        self.setFixedHeight(self.heightAs(compact))
+    def sizeHint(self) -> QSize:
+        """Return the height of all tiles."""
+        count, gap = len(self._tiles), self.tilesLayout.spacing()
+        return QSize(super().sizeHint().width(), count * (TILE_HEIGHT + gap) - gap)
 
-    def setRoomy(self, roomy: bool) -> None:
-        """Show the tiles, or none of them where there is no room."""
-        self.roomy = roomy
-        self.setVisible(roomy and bool(self._tiles))
-
-    def heightAs(self, compact: bool) -> int:
-        """Return its height in pixels, compact or not."""
-        bar = self.scrollArea.horizontalScrollBar()
-        below = bar.sizeHint().height() if bar is not None else 0
-        # A compact tile has no room at its foot that the scroll bar could cover.
-        return COMPACT_HEIGHT + 10 + below if compact else TILE_HEIGHT + 10 + below // 2
+    def minimumSizeHint(self) -> QSize:
+        """Return room for one tile; the others scroll."""
+        return QSize(super().minimumSizeHint().width(), TILE_HEIGHT)
 
     def addTile(self) -> CameraTile:
-        """Add a tile on the right."""
+        """Add a tile at the end."""
         tile = CameraTile(self)
-        self.tilesLayout.insertWidget(len(self._tiles), tile)
+        self.tilesLayout.addWidget(tile)
         self._tiles.append(tile)
         self._arrange()
-        self.setRoomy(self.roomy)
         return tile
 
     def removeTile(self, tile: CameraTile) -> None:
@@ -218,17 +187,8 @@ class Gallery(QWidget):
         tile.hide()
         tile.deleteLater()
         self._arrange()
-        self.setRoomy(self.roomy)
-
-    def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Share the width among the tiles."""
-        super().resizeEvent(event)
-        self._arrange()
 
     def _arrange(self) -> None:
-        """Compact tiles share the whole width, within bounds."""
-        margins, count = self.tilesLayout.contentsMargins(), max(1, len(self._tiles))
-        room = self.width() - margins.left() - margins.right() - (count - 1) * self.tilesLayout.spacing()
-        width = max(COMPACT_WIDTH, min(room // count, TILE_WIDTH))
-        for tile in self._tiles:
-            tile.setCompact(self._compact, width)
+        self.setVisible(bool(self._tiles))
+        self.updateGeometry()
+        self.filled.emit(bool(self._tiles))

@@ -35,7 +35,6 @@ from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
-from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.header import WindowHeader
 from grabbergui.ui.views.help_views import LogPanel
 from grabbergui.ui.views.image_view import ImageView
@@ -76,7 +75,6 @@ class MainWindow(QMainWindow):
     favourites: FavouritesStrip
     favouritesArea: FavouritesArea
     image: ImageView
-    gallery: Gallery
     recordingBar: RecordingBar
     sources: SourceListView
     features: FeaturePanel
@@ -176,6 +174,7 @@ class MainWindow(QMainWindow):
         if (line := self.statusbar.layout()) is not None:
             line.setContentsMargins(0, 0, 0, 0)
         self.removeToolBar(self.toolBar)
+        self.gallery = self.sources.gallery
         self.header = WindowHeader(self.menubar, self.toolBar, self.recordingBar)
         self.setMenuWidget(self.header)
         self._tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock,
@@ -250,7 +249,7 @@ class MainWindow(QMainWindow):
         docks = [dock for dock in (self.sourcesDock, self.featuresDock, *self._tools)
                  if not dock.visibleRegion().isEmpty()]  # fmt: skip
         docks.sort(key=lambda dock: (dock.x(), dock.y()))
-        regions = [self.header, *cards, self.image, self.gallery, *docks, self.status]
+        regions = [self.header, *cards, self.image, *docks, self.status]
         return give_focus(regions, focused, forward=forward)
 
     def saveState(self, version: int = 0) -> QByteArray:
@@ -280,6 +279,7 @@ class MainWindow(QMainWindow):
         for dock, key in zip((self.sourcesDock, self.featuresDock, *self._tools), _DOCK_KEYS, strict=True):
             self.menuView.addAction(self._panel_action(dock, key))
         self.actionResetLayout.triggered.connect(self._panels.reset)
+        self.gallery.filled.connect(self._panels.fit)
 
     def _fill_status(self) -> None:
         """Show the zoom in the status bar, with its buttons; its share of clipped pixels marks them."""

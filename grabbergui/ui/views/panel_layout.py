@@ -14,8 +14,8 @@ LEAST_PANEL, LEAST_TOOL = 300, 230
 "Pixels of a window's height for sources and for features, and for a tool below them."
 LEAST_COLUMN, MOST_COLUMN, COLUMN_SHARE = 280, 390, 0.22
 "Width of the panels beside the image: pixels, and share of the window's width."
-SOURCES_SHARE, TOOLS_SHARE = 0.25, 0.26
-"Of the window's height, for the panels of one group above and below the features."
+SOURCES_SHARE, TOOLS_SHARE = 0.4, 0.26
+"Of the window's height, at most for the sources and usually for the tools."
 BELOW_SHARE = 0.4
 "Of a tall window's height, for the panels below the image."
 
@@ -65,7 +65,7 @@ class PanelLayout(QObject):
         self._busy = False
         "Whether docks move because of this class, not of the user."
         self._opened = False
-        "Whether a tool was just opened, for which Qt makes no more room than it needs at least."
+        "Whether a panel needs more height than before, for which Qt makes the least room possible."
         for dock in self._docks:
             dock.dockLocationChanged.connect(self._on_dock_moved)
             dock.installEventFilter(self)
@@ -91,6 +91,11 @@ class PanelLayout(QObject):
         elif self._opened:
             self._size()
         self._opened = False
+
+    def fit(self, *_: object) -> None:
+        """Give the panels their heights anew, as another number of sources is open."""
+        self._opened = True
+        QTimer.singleShot(0, self.adapt)  # once it is laid out
 
     def restored(self, name: str) -> None:
         """Take over an arrangement that Qt restored, by its name in the settings."""
@@ -147,8 +152,8 @@ class PanelLayout(QObject):
             window.resizeDocks([features], [below], Qt.Orientation.Vertical)
             return
         heights = {features: centre.height()}
-        if self._shown is PanelArrangement.STACKED:
-            heights[sources] = round(centre.height() * SOURCES_SHARE)
+        if self._shown is Arrangement.STACKED:
+            heights[sources] = min(sources.sizeHint().height(), round(centre.height() * SOURCES_SHARE))
         for dock in self._tools:
             if not dock.visibleRegion().isEmpty():
                 heights[dock] = max(LEAST_TOOL, round(centre.height() * TOOLS_SHARE))

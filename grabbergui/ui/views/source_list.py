@@ -38,6 +38,7 @@ from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
+from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.widgets.labels import name_lines
 
 SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
@@ -161,6 +162,7 @@ class SourceListView(QWidget):
     forgetRequested = pyqtSignal(str)
     """The URI of a source the user added that is not wanted any more."""
 
+    gallery: Gallery
     addressEdit: QLineEdit
     refreshButton: QToolButton
     sourceList: QListWidget
@@ -175,6 +177,7 @@ class SourceListView(QWidget):
         self._current = ""
         self._select_current = False
         "Whether to select the current source once it is listed."
+        self.gallery.filled.connect(self._hide_open)
         self._recent = QStringListModel(self)
         completer = QCompleter(self._recent, self)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
@@ -223,8 +226,16 @@ class SourceListView(QWidget):
             )
             set_tooltip(item, self._tooltip(source))
             item.setSelected(source.info.uri == selected)
+        self._hide_open()
         self.sourceList.blockSignals(blocked)
         self._update_button()
+
+    def _hide_open(self, *_: bool) -> None:
+        """List an open source in its tile only, if there are tiles."""
+        tiles = bool(self.gallery.tiles)
+        for row in range(self.sourceList.count()):
+            if (item := self.sourceList.item(row)) is not None:
+                item.setHidden(tiles and item.data(SOURCE_ROLE).connected)
 
     def setCurrent(self, uri: str, connected: bool) -> None:
         """Mark the source that is open or being opened; empty for none."""
