@@ -152,7 +152,7 @@ class PanelLayout(QObject):
             window.resizeDocks([features], [below], Qt.Orientation.Vertical)
             return
         heights = {features: centre.height()}
-        if self._shown is Arrangement.STACKED:
+        if self._shown is PanelArrangement.STACKED:
             heights[sources] = min(sources.sizeHint().height(), round(centre.height() * SOURCES_SHARE))
         for dock in self._tools:
             if not dock.visibleRegion().isEmpty():
