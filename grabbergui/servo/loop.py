@@ -267,7 +267,7 @@ class ServoLoop:
         if timeout < now - captured < RARE_S:
             return f"{1e3 * (now - captured):.0f} ms after their exposure, {allowed}"
         if timeout < now - self._before < RARE_S:
-            return f"{1e3 * (captured - self._before):.0f} ms after one another, {allowed}"
+            return f"{1e3 * (now - self._before):.0f} ms after the exposure of the one before, {allowed}"
         return ""
 
     def _problem(
