@@ -92,6 +92,11 @@ def test_one_concern_a_file(path):
     assert len(path.read_text("utf-8").splitlines()) <= 500
 
 
+def test_no_rule_separates_families_within_a_file():
+    """A file is one story; families of classes or functions have a file each."""
+    assert not [name(path) for path in MODULES if "# -- " in path.read_text("utf-8")]
+
+
 def test_a_class_name_means_one_thing():
     """Whoever searches for a class finds one idea. Private classes are read only inside of their file."""
     places = defaultdict(list)
