@@ -71,6 +71,10 @@ class RecordingLimits:
 UNLIMITED = RecordingLimits()
 
 
+LEAST_SECONDS = 2.0
+"Seconds of a recording from which its rate is known well enough to foretell its end."
+
+
 @dataclass(frozen=True)
 class RecordingProgress:
     """The progress of a recording."""
@@ -90,6 +94,13 @@ class RecordingProgress:
     ended: bool = False
     error: Exception | None = None
     "Why it ended early; None if it was stopped or reached a limit."
+
+    @property
+    def left(self) -> float | None:
+        """Seconds until the disk is full at the present rate; None if it is not known yet, or has ended."""
+        if self.ended or self.free <= 0 or self.size <= 0 or self.seconds < LEAST_SECONDS:
+            return None
+        return self.free * self.seconds / self.size
 
     @property
     def reason(self) -> str:

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from grabbergui.recording import playback
 from grabbergui.recording.errors import DiskFullError
 from grabbergui.recording.kinds import MOVIE_KINDS, RecordingKind
 from grabbergui.recording.opening import open_recording, playable_frames
-from grabbergui.recording.recorder import Recorder, RecordingLimits, create_writer
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_writer
 from patience import PATIENCE, until
 
 
@@ -302,3 +303,10 @@ def test_a_disk_without_any_room_leaves_no_file(camera, tmp_path, monkeypatch):
     camera.start()
     assert ended(recorder).reason == f"the disk of {path} is full (0 MiB left); nothing was recorded"
     assert not path.exists()
+
+
+def test_the_time_that_is_left_follows_from_rate_and_free_space():
+    progress = RecordingProgress(frames=100, seconds=10.0, size=1_000, free=60_000)
+    assert progress.left == 600.0
+    assert replace(progress, seconds=0.5).left is None, "too early"
+    assert replace(progress, ended=True).left is replace(progress, size=0).left is None

@@ -17,8 +17,10 @@ from grabbergui.models.share import Network, ReaderRate, Remedy, ShareOptions, S
 from grabbergui.net.readers import Reader
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
+from grabbergui.ui.views.frame_data_dialog import FrameDataDialog
 from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
 from grabbergui.ui.views.image_view import PointCloudDialog
+from grabbergui.ui.views.ip_address_dialog import IpAddressDialog
 from grabbergui.ui.views.lut_dialog import LutDialog
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.report_dialog import ReportDialog
@@ -66,6 +68,19 @@ def share(window):
     return dialog
 
 
+def ip_address(window):
+    dialog = IpAddressDialog(window)
+    dialog.setCamera(LONG, "00:30:53:0a:0b:0c", LONG)
+    dialog.setOutcome(LONG, good=False)
+    return dialog
+
+
+def frame_data(window):
+    dialog = FrameDataDialog(window)
+    dialog.setRows([(LONG, LONG)] * 40, chunks=False)
+    return dialog
+
+
 def user_sets(window):
     dialog = UserSetsDialog(window)
     dialog.setSets([UserSet("UserSet1", LONG, savable=True, startable=True, starts=True)])
@@ -76,6 +91,8 @@ MADE = {
     CalibrationChoiceDialog: lambda window: CalibrationChoiceDialog(LONG, window),
     CalibrationDialog: CalibrationDialog,
     DoctorDialog: doctor,
+    FrameDataDialog: frame_data,
+    IpAddressDialog: ip_address,
     LutDialog: LutDialog,
     ManualDialog: lambda window: ManualDialog(MANUAL, window),
     PointCloudDialog: PointCloudDialog,

@@ -231,3 +231,16 @@ def test_rows_that_have_no_place_yet_are_not_painted_over_each_other(make_panel)
         d.panel._pacer._on_timer_timeout()  # a window may be painted before it is laid out
     assert len(d.panel.findChildren(FeatureRow)) > 3
     assert not seen_over_each_other(d.panel) and not seen_over_each_other(d.strip)
+
+
+def test_all_sections_are_opened_and_closed_at_once(make_panel):
+    d = make_panel()
+    sections = d.panel._section
+    first = next(iter(sections.findChildren(Section)))
+    actions = {action.text(): action for action in first.header.actions()}
+    actions["Expand all"].trigger()
+    opened = [section for section in sections.findChildren(Section) if section.isVisibleTo(d.panel)]
+    assert opened and all(section.open for section in opened)
+    actions["Collapse all"].trigger()
+    assert not any(section.open for section in sections.findChildren(Section))
+    assert d.panel.watched == frozenset()

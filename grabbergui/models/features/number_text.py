@@ -13,6 +13,7 @@ DIGITS = 7
 _UNITS = {
     "us": "µs",
     "usec": "µs",
+    "um": "µm",
     "C": "°C",
     "degC": "°C",
     "DegC": "°C",

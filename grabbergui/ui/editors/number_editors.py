@@ -26,6 +26,8 @@ from grabbergui.ui.editors.value_slider import EditedFeature, ValueSlider
 from grabbergui.ui.keys import ShortcutGuard, WheelGuard
 from grabbergui.ui.widgets.hints import show_hint
 
+SHOWN_DIGITS = 5
+"""Significant digits of a fraction that are shown without the focus; with it, all."""
 LEAST_DIGITS = 4
 """Significant digits of a fraction that are shown in any width."""
 
@@ -137,9 +139,15 @@ class NumberField(QAbstractSpinBox):
         super().keyPressEvent(event)
 
     def focusInEvent(self, event: QFocusEvent | None) -> None:
-        """Select the number, so that typing replaces it."""
+        """Show every digit, and select the number, so that typing replaces it."""
         super().focusInEvent(event)
+        self._show()
         self.selectAll()
+
+    def focusOutEvent(self, event: QFocusEvent | None) -> None:
+        """Take what was typed, and show as many digits as one reads at a glance."""
+        super().focusOutEvent(event)
+        self._show()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Show as many digits as there is room for."""
@@ -177,7 +185,7 @@ class NumberField(QAbstractSpinBox):
         """Return the number with its unit, and as many digits as there is room for."""
         room = self._line.width() - LINE_EDIT_PADDING
         text = ""
-        for digits in range(DIGITS, LEAST_DIGITS - 1, -1):
+        for digits in range(DIGITS if self.hasFocus() else SHOWN_DIGITS, LEAST_DIGITS - 1, -1):
             text = quantity_text(number, unit, digits, self._shown_in)
             if not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= room:
                 break

@@ -36,6 +36,7 @@ from grabbergui.ui.controllers.calibration import CalibrationOpener, Calibration
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
+from grabbergui.ui.controllers.frame_data import FrameDataController
 from grabbergui.ui.controllers.gallery import GalleryController
 from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.image import (
@@ -44,6 +45,7 @@ from grabbergui.ui.controllers.image import (
     DisplayController,
     PointCloudController,
 )
+from grabbergui.ui.controllers.ip_address import IpAddressController
 from grabbergui.ui.controllers.lut import LutController
 from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
@@ -122,6 +124,7 @@ class Program(QObject):
             self.messages,
             files,
         )
+        self.address = IpAddressController(window.sources, window, self.source_list)
         self.tiles = GalleryController(
             window.gallery, self.gallery, open_sources, self.status, self._confirm_closing
         )
@@ -147,6 +150,7 @@ class Program(QObject):
         self.lut = LutController(window.actionLookUpTable, window, files, open_sources, self.work, messages)
         self.display = DisplayController(window, image, window.histogram, open_sources, self.image, self)
         self.components = ComponentController(window, image, window.histogram, open_sources, self.image, self)
+        self.frame_data = FrameDataController(window.actionFrameData, window, self.image)
         self.points = PointCloudController(window.actionShowPoints, window, self.image, self)
         self.measures = MeasuringController(
             image,

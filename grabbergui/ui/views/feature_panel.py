@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Iterator
+from functools import partial
 
 from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
 from PyQt5.QtGui import QKeyEvent, QResizeEvent
-from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QSizePolicy, QToolButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import (
+    QAction,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
 from grabbergui.models.features.filtering import visible_names
@@ -53,6 +63,8 @@ class Section(QWidget):
 
     toggled = pyqtSignal()
     """The user opened or closed this section or one below."""
+    allRequested = pyqtSignal(bool)
+    """The user wants to open or close all sections of the tree."""
 
     def __init__(
         self,
@@ -75,6 +87,11 @@ class Section(QWidget):
         self._searching = False
         self.header = _Header(category)
         self.header.clicked.connect(self._on_header_clicked)
+        for text, wanted in ((self.tr("Expand all"), True), (self.tr("Collapse all"), False)):
+            action = QAction(text, self.header)
+            action.triggered.connect(partial(self.allRequested.emit, wanted))
+            self.header.addAction(action)
+        self.header.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self._open = bool(self.names & opened)
         self._body = QWidget()
         self._body_layout = QVBoxLayout(self._body)
@@ -101,6 +118,14 @@ class Section(QWidget):
     def setOpen(self, opened: bool) -> None:
         """Open or close; `arrange` follows."""
         self._open = opened
+
+    def setAllOpen(self, opened: bool) -> None:
+        """Open or close all sections below, also those not made yet; `arrange` follows."""
+        self._opened = self.names if opened else frozenset()
+        for part in self._parts.values():
+            if isinstance(part, Section):
+                part.setOpen(opened)
+                part.setAllOpen(opened)
 
     def arrange(self, shown: frozenset[str], searching: bool) -> None:
         """Show the features of these names, and no others; all open while somebody searches."""
@@ -132,6 +157,7 @@ class Section(QWidget):
         if part is None and self.open:
             part = Section(category, self._make_row, self._pacer, self._opened, self._body)
             part.toggled.connect(self.toggled)
+            part.allRequested.connect(self.allRequested)
             self._place(index, part)
         if isinstance(part, Section):
             part.arrange(self._shown, self._searching)
@@ -254,9 +280,16 @@ class FeaturePanel(QWidget):
         section = Section(root, self._make_row, self._pacer, frozenset(opened), self.content)
         section.removeHeader()
         section.toggled.connect(self._arrange)
+        section.allRequested.connect(self.setAllOpen)
         self.sections.insertWidget(0, section)
         self._sections[self._camera] = section
         return section
+
+    def setAllOpen(self, opened: bool) -> None:
+        """Open or close all sections of the shown camera."""
+        if self._section is not None:
+            self._section.setAllOpen(opened)
+            self._arrange()
 
     def setElsewhere(self, names: frozenset[str]) -> None:
         """Leave these out for beginners: other controls of the window set them."""

@@ -114,6 +114,7 @@ class MainWindow(QMainWindow):
     actionShowPoints: QAction
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
+    actionFrameData: QAction
     actionRecord: QAction
     actionSaveSettings: QAction
     actionLoadSettings: QAction

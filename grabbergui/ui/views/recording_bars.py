@@ -141,6 +141,8 @@ class RecordingBar(QWidget):
             parts.append(self.tr("first image of {0}").format(progress.left_out + 1))
         if progress.free and not progress.ended:
             parts.append(self.tr("{0} free").format(_bytes(progress.free)))
+        if (left := progress.left) is not None:
+            parts.append(self.tr("for {0}").format(_duration(left)))
         # A truncated figure reads as another one: with little room there are fewer figures, or none.
         fewer = (" · ".join(parts[:count]) for count in range(len(parts) - 1, 0, -1))
         self.progressLabel.setTexts(" · ".join(parts), *fewer, "")
@@ -222,6 +224,14 @@ class RecordingBar(QWidget):
     def _on_amount_changed(self, amount: float) -> None:
         if self._amounts[self.limitBox.currentIndex()] is not None:
             self._amounts[self.limitBox.currentIndex()] = amount
+
+
+def _duration(seconds: float) -> str:
+    """Return a duration with one unit: seconds, minutes, hours or days."""
+    for unit, size in (("d", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 def _bytes(count: int) -> str:

@@ -32,6 +32,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from grabbergui.models.ip_address import has_address
 from grabbergui.models.sources import ListedSource, takes_description
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
@@ -153,6 +154,8 @@ class SourceListView(QWidget):
     """The URI of an additional source to open."""
     descriptionRequested = pyqtSignal(str)
     """The URI of a camera to open with a description from a file."""
+    addressRequested = pyqtSignal(object)
+    """The `DeviceInfo` of a camera whose IP address is to be set."""
     connectableChanged = pyqtSignal(object)
     """Why *Connect* is not available (`Unavailable`), or None; depends on the selection and the address."""
     addressEntered = pyqtSignal(str)
@@ -332,6 +335,8 @@ class SourceListView(QWidget):
                 self.tr("Connect with a description file…"),
                 lambda: self.descriptionRequested.emit(uri),
             )
+        if has_address(source.info) and not source.connected:
+            menu.addAction(self.tr("IP address…"), lambda: self.addressRequested.emit(source.info))
         if source.manual:
             menu.addAction(self.tr("Forget"), lambda: self.forgetRequested.emit(uri))
         menu.popup(self.sourceList.mapToGlobal(place))
