@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import sys
+import threading
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli.arguments import count, counted, positive, wait_time
+from grabbergui.cli.arguments import count, counted, part, positive, wait_time
 from grabbergui.cli.process import stop_on_signals, supervised
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import ExistingFileError, FrameTimeoutError, GrabberError, UsageError
@@ -16,6 +19,8 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.core.visible_text import print_json, print_line
 
 if TYPE_CHECKING:
+    from grabbergui.core.frame import Frame
+    from grabbergui.recording.pre_trigger import PreTriggerBuffer
     from grabbergui.rig.grabber import RigGrabber
     from grabbergui.rig.link_budget import LinkBudget
 
@@ -58,6 +63,20 @@ def add_commands(commands: Any) -> None:
     record.add_argument("--out", type=Path, metavar="PATH", help="the recording, such as run.mcap")
     record.add_argument("-n", "--sets", type=count, metavar="SETS", help="end after this many sets")
     record.add_argument("--size", type=positive, metavar="MB", help="end after this many megabytes")
+    record.add_argument("--segment", type=wait_time, metavar="S", help="begin a new file every S seconds")
+    record.add_argument(
+        "--before", type=wait_time, metavar="S", help="keep the last S seconds in memory until --on happens"
+    )
+    record.add_argument(
+        "--after", type=wait_time, default=1.0, metavar="S", help="go on for S seconds after that (1)"
+    )
+    record.add_argument(
+        "--on",
+        action="append",
+        metavar="WHAT",
+        help="with --before: `key` (Enter), a camera's event such as Line1RisingEdge, or a brightness as in"
+        " `level:50%%`; repeatable",
+    )
 
     serve = parser.add_argument_group("serve")
     serve.add_argument("--yarp", metavar="/PORT", help="ports /PORT/NAME, with requests at /PORT/NAME/rpc")
@@ -232,10 +251,14 @@ def _record(options: argparse.Namespace) -> int:
     if options.out is None:
         raise UsageError("rig record: name the recording, as in --out run.mcap")
     check_folder_of(options.out)
+    if bool(options.on) != (options.before is not None):
+        raise UsageError("rig record: --before S and --on WHAT go together")
     size = None if options.size is None else options.size * 1e6
     with stop_on_signals() as stop, ExitStack() as stack:
         rig = _opened(options.file, stack)
-        recorder = begin(rig, options.out, RecordingLimits(options.sets, options.seconds, size))
+        buffer = _pre_trigger(rig, options, stack) if options.on else None
+        limits = RecordingLimits(options.sets, options.seconds, size)
+        recorder = begin(rig, options.out, limits, source=buffer, segment=options.segment)
         recorder.start()
         try:
             rig.start()
@@ -266,6 +289,55 @@ def _record(options: argparse.Namespace) -> int:
     if progress.reason:
         raise GrabberError(progress.reason)
     return 0
+
+
+def _pre_trigger(rig: RigGrabber, options: argparse.Namespace, stack: ExitStack) -> PreTriggerBuffer:
+    """Return a buffer of the last seconds, which is released by what `--on` names."""
+    from grabbergui.core.frame_queue import FrameSink
+    from grabbergui.recording.pre_trigger import PreTriggerBuffer
+
+    buffer = PreTriggerBuffer(rig, options.before, options.after)
+    stack.callback(buffer.close)
+    for what in options.on:
+        if what == "key":
+            threading.Thread(target=_trigger_by_key, args=(buffer,), name="key", daemon=True).start()
+        elif what.startswith("level:"):
+            level = part(what.removeprefix("level:"))
+            sink = FrameSink(rig, LevelTrigger(level, buffer.trigger).look, name="level")
+            stack.callback(sink.stop)
+            sink.start()
+        else:
+            if not (having := rig.enable_event(what)):
+                raise UsageError(
+                    f"--on {what}: no camera has this event; `grabbergui events SOURCE` lists them"
+                )
+            for name in having:
+                rig.cameras[name].event_received.connect(
+                    lambda event, what=what: buffer.trigger() if event.name == what else None
+                )
+    return buffer
+
+
+def _trigger_by_key(buffer: PreTriggerBuffer) -> None:
+    for _ in sys.stdin:
+        buffer.trigger()
+
+
+class LevelTrigger:
+    """Calls a function when the first image gets brighter than a level."""
+
+    def __init__(self, level: float, trigger: Callable[[], object]) -> None:
+        """`level` is a part of white."""
+        self._level = level
+        self._trigger = trigger
+        self._bright = True
+
+    def look(self, frame: Frame) -> None:
+        """Look at the next frame."""
+        bright = float(frame.mono()[::8, ::8].mean()) / 255 > self._level
+        if bright and not self._bright:
+            self._trigger()
+        self._bright = bright
 
 
 def _serve(options: argparse.Namespace) -> int:

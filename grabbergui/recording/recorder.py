@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import frame_rate
-from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.frame_queue import FrameQueue, FrameSource
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.missing_packages import explained
@@ -119,14 +119,14 @@ class RecordingProgress:
 
 
 class Recorder:
-    """Writes every frame of a grabber from `start` on. Any thread; its own thread emits the signal."""
+    """Writes every frame of a source from `start` on. Any thread; its own thread emits the signal."""
 
     changed = Signal(RecordingProgress)
     """The progress, a few times a second and once at the end."""
 
     def __init__(
         self,
-        grabber: FrameGrabber,
+        source: FrameSource,
         writer: RecordingWriter,
         limits: RecordingLimits = UNLIMITED,
         *,
@@ -135,7 +135,7 @@ class Recorder:
         self.writer = writer
         self._limits = limits
         self._reserve = reserve
-        self._queue: FrameQueue = grabber.open_queue(QUEUE_DEPTH)
+        self._queue: FrameQueue = source.open_queue(QUEUE_DEPTH)
         self._progress = RecordingProgress()
         self._first = 0.0
         "`captured` of the first frame."

@@ -335,6 +335,15 @@ class RigGrabber(FrameGrabber):
         """Return, by camera, what is wrong with its trigger. Reads settings; raises GrabberError."""
         return {name: watch.finding() for name, watch in self._watches.items()}
 
+    def enable_event(self, name: str) -> list[str]:
+        """Switch an event on until the rig is closed; return the cameras that have it."""
+        key = SettingKey("EventNotification", (("EventSelector", name),))
+        return [
+            camera
+            for camera, grabber in self.cameras.items()
+            if self._settings.write_if_offered(grabber, key, "On")
+        ]
+
     def send_trigger(self) -> None:
         """Trigger all cameras once. Raises UsageError without a trigger to send, GrabberError."""
         if self._trigger is None:

@@ -16,6 +16,7 @@ from typing_extensions import override
 
 from grabbergui.core.errors import ExistingFileError, RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameSource
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.ros_image import STRING_NAME, decode_string
@@ -27,6 +28,7 @@ from grabbergui.recording.opening import open_recording
 from grabbergui.recording.playback import PlaybackGrabber
 from grabbergui.recording.reader import RecordingReader
 from grabbergui.recording.recorder import UNLIMITED, Recorder, RecordingLimits
+from grabbergui.recording.segments import SegmentedWriter
 from grabbergui.rig.frame_sets import FrameSet, FrameStamp, SetState
 from grabbergui.rig.grabber import RigGrabber
 from grabbergui.rig.set_frame import SetFrame
@@ -35,23 +37,38 @@ MOST_TEXT = 64 << 10
 "Bytes of the description of a set."
 
 
-def begin(grabber: FrameGrabber, path: Path, limits: RecordingLimits = UNLIMITED) -> Recorder:
-    """Return a recorder of a rig's next sets, not yet started. Raises UsageError, RecordingError."""
+def begin(
+    grabber: FrameGrabber,
+    path: Path,
+    limits: RecordingLimits = UNLIMITED,
+    *,
+    source: FrameSource | None = None,
+    segment: float | None = None,
+) -> Recorder:
+    """Return a recorder of a rig's next sets, not yet started. Raises UsageError, RecordingError.
+
+    `source` delivers the sets instead of the rig itself; with `segment` a file ends after so many seconds.
+    """
     if path.suffix.lower() != ".mcap":
         raise UsageError(f"{path}: a rig is recorded into one file, .mcap")
-    if path.exists():
-        raise ExistingFileError(
-            f"{path} is there already; a recording overwrites nothing, choose another name"
-        )
     members = grabber.cameras if isinstance(grabber, RigGrabber) else {}
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        writer = McapWriter(path, grabber.info)
-    except OSError as error:
-        raise RecordingError(f"{path} could not be created: {error.strerror or error}") from error
-    for name, each in members.items():
-        writer.add_camera(name, each.info)
-    return Recorder(grabber, writer, limits)
+
+    def create(file: Path) -> McapWriter:
+        if file.exists():
+            raise ExistingFileError(
+                f"{file} is there already; a recording overwrites nothing, choose another name"
+            )
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            writer = McapWriter(file, grabber.info)
+        except OSError as error:
+            raise RecordingError(f"{file} could not be created: {error.strerror or error}") from error
+        for name, each in members.items():
+            writer.add_camera(name, each.info)
+        return writer
+
+    writer = create(path) if segment is None else SegmentedWriter(path, create, segment)
+    return Recorder(source or grabber, writer, limits)
 
 
 class RigRecording(RecordingReader):

@@ -2,10 +2,13 @@
 
 import json
 import os
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from grabbergui.cli import main
+from grabbergui.cli.rig import LevelTrigger
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.rig import rig_file
@@ -85,3 +88,21 @@ def test_wrong_usage_is_named(file, arguments, problem, capsys):
     capsys.readouterr()
     assert main(["rig", *(text.format(file=file, folder=file.parent) for text in arguments)]) == 2
     assert problem in capsys.readouterr().err
+
+
+def test_the_seconds_before_an_event_are_recorded(file, cameras, capsys, tmp_path):
+    recording = tmp_path / "event.mcap"
+    on = ["--before", "2", "--after", "0.3", "--on", "FrameStart"]
+    assert main(["rig", "record", str(file), "--out", str(recording), "-n", "4", *on]) == 0
+    assert "4 sets" in capsys.readouterr().out
+    assert main(["rig", "record", str(file), "--out", "x.mcap", "--before", "2"]) == 2
+    assert main(["rig", "record", str(file), "--out", "x.mcap", "--before", "2", "--on", "Nothing"]) == 2
+    assert "no camera has this event" in capsys.readouterr().err
+
+
+def test_a_level_is_noticed_once_when_it_is_crossed():
+    seen = []
+    trigger = LevelTrigger(0.5, lambda: seen.append(1))
+    for value in (200, 10, 200, 200, 10, 255):
+        trigger.look(SimpleNamespace(mono=lambda value=value: np.full((16, 16), value, np.uint8)))
+    assert len(seen) == 2
