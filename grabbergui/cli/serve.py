@@ -132,7 +132,7 @@ def _run(arguments: argparse.Namespace) -> int:
                 log.warning("%s", _introspected(feature))
         grabber.start()
         shared = stack.enter_context(_read_only(grabber)) if options.read_only else grabber
-        calibration = _calibration(shared, options)
+        calibration = served_calibration(shared, options)
         published: dict[str, Callable[[], int]] = {}
         servers: list[YarpGrabberServer | Ros2GrabberServer] = []
         if options.yarp or options.with_name_server:
@@ -232,7 +232,7 @@ def _metrics(
     return MetricsServer(grabber, options.metrics, published, token=token, allowed=allowed)
 
 
-def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibration:
+def served_calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibration:
     """Return the calibration that all networks share. Raises UsageError if its file cannot be used."""
     from grabbergui.calibration.fitting import FittedCalibration
 
@@ -287,7 +287,7 @@ def _on_yarp(
             yield server
 
 
-def _narrow_discovery(allowed: AllowedAddresses) -> None:
+def narrow_discovery(allowed: AllowedAddresses) -> None:
     """Let ROS 2 search for peers only among the allowed. It prevents accidents, not attacks."""
     hosts = allowed.hosts
     if hosts is None or "ROS_AUTOMATIC_DISCOVERY_RANGE" in os.environ:
@@ -311,7 +311,7 @@ def _on_ros2(
 
     allowed = options.allowed
     if not allowed.everybody:
-        _narrow_discovery(allowed)
+        narrow_discovery(allowed)
     server = Ros2GrabberServer(
         grabber,
         options.ros2,

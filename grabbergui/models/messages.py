@@ -103,7 +103,7 @@ class MessageModel:
     changed = Signal()
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+        self.clock = clock
         self._lock = threading.RLock()
         self._messages: tuple[UserMessage, ...] = ()
         "The newest first."
@@ -112,7 +112,7 @@ class MessageModel:
 
     def shown(self, source: OpenSource | None) -> tuple[UserMessage, ...]:
         """Return the messages to show while `source` is the current one, the newest first."""
-        now = self._clock()
+        now = self.clock()
         return tuple(
             message
             for message in self._messages
@@ -136,7 +136,7 @@ class MessageModel:
         with self._lock:
             if message.cause is not None and (message.source, message.cause) in self._dismissed:
                 return
-            now = self._clock()
+            now = self.clock()
             known = [m for m in self._messages if m.ends is None or m.ends > now]
             before = next((m for m in known if m.is_same(message)), None)
             if before is not None and message.cause is None:
@@ -179,7 +179,7 @@ class MessageModel:
 
     def expire(self) -> None:
         """Remove expired messages. Call it periodically."""
-        now = self._clock()
+        now = self.clock()
         self._keep(lambda message: message.ends is None or message.ends > now)
 
     def _keep(self, wanted: Callable[[UserMessage], bool]) -> None:

@@ -46,7 +46,8 @@ class SourceOpener:
         self._watch = SourceWatch(self.open_sources, self.reports, self._ask_for_control)
         self.confirm_control: Callable[[OpenSource, Callable[[], None]], None] = lambda source, take: take()
         "Asks before control is taken from another program, and calls the function if it may be."
-        self._create = create
+        self.create = create
+        "Makes the grabber of a URI."
         self._played: SourceUri | None = None
         "The recording that `play` opened last."
 
@@ -155,7 +156,7 @@ class SourceOpener:
     def _open(self, source: OpenSource) -> None:
         if source.abandoned.is_set():
             return
-        grabber = self._create(source.uri)
+        grabber = self.create(source.uri)
         source.grabber = grabber
         self._watch.follow(source, grabber)
         try:

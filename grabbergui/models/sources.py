@@ -189,7 +189,7 @@ class SourceListModel:
         while not self._stopping:
             self.searching.emit(True)
             try:
-                self._note(self._discover(SEARCH_TIME))
+                self.note_found(self._discover(SEARCH_TIME))
             except Exception:
                 # A faulty finder must not end the search for good.
                 log.exception("searching for sources failed")
@@ -197,7 +197,8 @@ class SourceListModel:
             self._wakeup.wait(0 if self._stopping else self._interval)
             self._wakeup.clear()
 
-    def _note(self, found: list[DeviceInfo]) -> None:
+    def note_found(self, found: list[DeviceInfo]) -> None:
+        """List what a search has found. Any thread."""
         with self._lock:
             seen = {info.uri: info for info in found if _is_usable(info.uri)}
             for uri in [uri for uri in self._found if uri not in seen]:

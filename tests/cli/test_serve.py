@@ -14,7 +14,7 @@ from grabbergui import sources
 from grabbergui.calibration import camera_info
 from grabbergui.cli import main
 from grabbergui.cli.process import supervised
-from grabbergui.cli.serve import _calibration, _narrow_discovery
+from grabbergui.cli.serve import narrow_discovery, served_calibration
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.calibration import Calibration
@@ -160,7 +160,7 @@ def test_ros2_looks_for_peers_only_where_they_are_allowed(
 ):
     environment = {} if already is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": already}
     monkeypatch.setattr("grabbergui.cli.serve.os.environ", environment)
-    _narrow_discovery(AllowedAddresses.parse(allowed))
+    narrow_discovery(AllowedAddresses.parse(allowed))
     assert environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") == range_then
     assert environment.get("ROS_STATIC_PEERS") == ("10.0.0.7;10.0.0.8" if len(allowed) > 1 else None)
     assert warning in caplog.text
@@ -201,7 +201,7 @@ def test_a_calibration_of_other_images_is_named_as_the_server_starts(tmp_path, c
     camera = sources.create(SMALL)
     camera.open()
     try:
-        calibration = _calibration(camera, ServeOptions(calibration=str(file)))
+        calibration = served_calibration(camera, ServeOptions(calibration=str(file)))
         calibration.close()
     finally:
         camera.close()
@@ -216,7 +216,7 @@ def test_a_calibration_file_that_is_refused_stops_no_server(tmp_path, caplog):
     camera.open()
     try:
         for ros2 in ("", "/cam"):
-            calibration = _calibration(camera, ServeOptions(calibration=str(file), ros2=ros2))
+            calibration = served_calibration(camera, ServeOptions(calibration=str(file), ros2=ros2))
             assert calibration.calibration is None
             calibration.close()
     finally:

@@ -117,11 +117,11 @@ def test_found_sources_stay_listed(listing):
 def test_one_lost_answer_does_not_remove_a_source_but_its_absence_does(listing):
     network = Network(CAMERA)
     model = listing(network, interval=60)
-    model._note([CAMERA])
+    model.note_found([CAMERA])
     for _ in range(KEEP_MISSES):
-        model._note([])
+        model.note_found([])
         assert uris(model) == ["gige:GV01"]
-    model._note([])
+    model.note_found([])
     assert uris(model) == []
 
 
@@ -158,7 +158,7 @@ def test_a_source_added_by_user_stays_until_removed_and_is_not_listed_twice(list
     model = listing(Network())
     assert str(model.add("gige://10.0.0.7")) == "gige:10.0.0.7"
     assert [(line.info.uri, line.manual) for line in model.sources] == [("gige:10.0.0.7", True)]
-    model._note([DeviceInfo("gige:10.0.0.7", model="Found")])
+    model.note_found([DeviceInfo("gige:10.0.0.7", model="Found")])
     assert [(line.info.uri, line.manual) for line in model.sources] == [("gige:10.0.0.7", False)]
     model.remove("gige:10.0.0.7")
     assert uris(model) == ["gige:10.0.0.7"]
@@ -225,7 +225,7 @@ TWIN = replace(FOUND, uri="gige:10.0.0.8", address="10.0.0.8", hardware_id="00:3
 def test_a_camera_typed_by_any_of_its_names_and_then_found_is_one_line(listing, typed):
     model = listing(Network())
     model.add(typed)
-    model._note([FOUND])
+    model.note_found([FOUND])
     assert uris(model) == [FOUND.uri]
     model.set_open({typed: replace(FOUND, uri=typed)})
     (line,) = model.sources
@@ -237,7 +237,7 @@ def test_a_camera_typed_by_any_of_its_names_and_then_found_is_one_line(listing, 
 def test_a_typed_camera_with_options_keeps_them_in_its_one_line_and_can_be_forgotten(listing):
     model = listing(Network())
     model.add("gige:10.0.0.7?packet_size=1500")
-    model._note([FOUND])
+    model.note_found([FOUND])
     (line,) = model.sources
     assert (line.info.uri, line.info.model, line.manual) == ("gige:10.0.0.7?packet_size=1500", "One", True)
     model.remove(line.info.uri)
@@ -246,7 +246,7 @@ def test_a_typed_camera_with_options_keeps_them_in_its_one_line_and_can_be_forgo
 
 def test_two_cameras_of_one_serial_number_are_two_lines_whichever_is_open(listing):
     model = listing(Network())
-    model._note([replace(FOUND, uri="gige:10.0.0.7"), TWIN])
+    model.note_found([replace(FOUND, uri="gige:10.0.0.7"), TWIN])
     model.set_open({"gige:10.0.0.8": TWIN})
     assert [(line.info.uri, line.connected) for line in model.sources] == [
         ("gige:10.0.0.7", False),
@@ -256,7 +256,7 @@ def test_two_cameras_of_one_serial_number_are_two_lines_whichever_is_open(listin
 
 def test_a_simulated_camera_with_options_is_another_camera(listing):
     model = listing(Network())
-    model._note([DeviceInfo("sim:", model="Simulated camera", serial="SIM001")])
+    model.note_found([DeviceInfo("sim:", model="Simulated camera", serial="SIM001")])
     model.add("sim:?width=640")
     assert uris(model) == ["sim:", "sim:?width=640"]
 

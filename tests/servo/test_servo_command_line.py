@@ -60,11 +60,11 @@ def test_a_shipped_calibration_is_found_from_any_folder_but_never_written_to(tmp
     camera = sources.create("sim:?width=64&height=48")
     camera.open()
     try:
-        calibration = serve._calibration(camera, ServeOptions(calibration=name))
+        calibration = serve.served_calibration(camera, ServeOptions(calibration=name))
         assert calibration.calibration is not None
         calibration.close()
         # ROS 2's set_camera_info saves to the file that was named.
-        calibration = serve._calibration(camera, ServeOptions(calibration=name, ros2="/cam"))
+        calibration = serve.served_calibration(camera, ServeOptions(calibration=name, ros2="/cam"))
         assert calibration.calibration is None
         calibration.close()
     finally:

@@ -107,7 +107,7 @@ def test_the_wide_camera_is_as_large_as_the_largest():
 @pytest.mark.timeout(BUILDING + 80)
 def test_no_turn_takes_100_ms_while_a_camera_of_3500_nodes_opens_is_shown_and_streams(warm_desk):
     app = warm_desk
-    app.program.opener._create = create_wide
+    app.program.opener.create = create_wide
 
     def attempt():
         with turns_of_the_event_loop() as turns:
@@ -136,7 +136,7 @@ def test_no_turn_takes_100_ms_while_real_cameras_descriptions_open(warm_desk):
     def attempt():
         phases = {}
         for path in sorted(VENDORS.glob("*.xml")):
-            app.program.opener._create = lambda _, path=path: DeviceGrabber(XmlDevice(path.read_bytes()))
+            app.program.opener.create = lambda _, path=path: DeviceGrabber(XmlDevice(path.read_bytes()))
             with turns_of_the_event_loop() as turns:
                 app.program.sources.connect_to("sim:")
                 app.until(lambda: app.program.open_sources.state is LinkState.OPEN)

@@ -41,15 +41,15 @@ def app(make_app):
     app = make_app()
     app.connect("sim:?width=320&height=240&fps=15")
     strip = app.window.favourites
-    app.until(lambda: len({(card.x(), card.y()) for card in strip._shown}) == 3)  # they have their places
-    app.until(lambda: all(strip.rect().contains(card.geometry()) for card in strip._shown))
+    app.until(lambda: len({(card.x(), card.y()) for card in strip.shownCards}) == 3)  # they have their places
+    app.until(lambda: all(strip.rect().contains(card.geometry()) for card in strip.shownCards))
     return app
 
 
 def pinned(app):
     """Names of the cards as they stand, line by line."""
     strip = app.window.favourites
-    cards = sorted(strip._shown, key=lambda card: (card.y(), card.x()))
+    cards = sorted(strip.shownCards, key=lambda card: (card.y(), card.x()))
     return tuple(card.name for card in cards)
 
 
@@ -88,7 +88,7 @@ def drag(app, monkeypatch, source, where):
 
 def test_a_control_is_dragged_among_the_favourites_and_works_there(app, monkeypatch):
     assert pinned(app) == USUAL
-    second = app.window.favourites._shown[1].geometry()
+    second = app.window.favourites.shownCards[1].geometry()
     drag(app, monkeypatch, row(app, "AcquisitionBurstFrameCount"), second.center() - QPoint(40, 0))
     app.until(lambda: pinned(app) == ("ExposureTime", "AcquisitionBurstFrameCount", *USUAL[1:]))
     rows = app.window.favourites.rows
@@ -105,13 +105,13 @@ def test_a_control_is_dragged_among_the_favourites_and_works_there(app, monkeypa
 
 
 def test_favourites_are_put_in_another_order_by_dragging(app, monkeypatch):
-    first, _, last = app.window.favourites._shown
+    first, _, last = app.window.favourites.shownCards
     drag(app, monkeypatch, first, last.geometry().center() + QPoint(40, 0))
     app.until(lambda: pinned(app) == ("Gain", "AcquisitionFrameRate", "ExposureTime"))
 
 
 def test_a_click_on_a_name_drags_nothing(app):
-    label = app.window.favourites._shown[0]._label
+    label = app.window.favourites.shownCards[0]._label
     app.qtbot.mouseClick(label, Qt.LeftButton)
     assert pinned(app) == USUAL
 
@@ -119,17 +119,17 @@ def test_a_click_on_a_name_drags_nothing(app):
 def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(app):
     choose_from_menu(app, row(app, "TriggerMode"), "Pin")
     app.until(lambda: pinned(app) == (*USUAL, "TriggerMode"))
-    menu = menu_of(app, app.window.favourites._shown[3])
+    menu = menu_of(app, app.window.favourites.shownCards[3])
     (to_right,) = (action for action in menu.actions() if "right" in action.text().replace("&", ""))
     assert not to_right.isEnabled() and menu.toolTipsVisible()
     assert to_right.toolTip() == f"Move to the right\n{Unavailable.LAST.text}"
     menu.close()
     app.until(lambda: app.program.feature_menu.menu is None)
-    choose_from_menu(app, app.window.favourites._shown[3], "Move to the left")
+    choose_from_menu(app, app.window.favourites.shownCards[3], "Move to the left")
     app.until(lambda: pinned(app) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose_from_menu(app, app.window.favourites._shown[0], "Unpin")
+    choose_from_menu(app, app.window.favourites.shownCards[0], "Unpin")
     app.until(lambda: pinned(app) == ("Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose_from_menu(app, app.window.favourites._shown[0], "Pin the usual controls")
+    choose_from_menu(app, app.window.favourites.shownCards[0], "Pin the usual controls")
     app.until(lambda: pinned(app) == USUAL)
 
 
@@ -140,9 +140,9 @@ def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
         app.program.favourites.add(name)
     app.until(lambda: len(pinned(app)) == MOST_PINNED)
     strip = app.window.favourites
-    app.until(lambda: len({card.y() for card in strip._shown}) > 1)
-    assert all(card.geometry().right() <= strip.width() for card in strip._shown)
-    assert strip.place_at(strip._shown[3].geometry().center() + QPoint(-60, 0)) == 3
+    app.until(lambda: len({card.y() for card in strip.shownCards}) > 1)
+    assert all(card.geometry().right() <= strip.width() for card in strip.shownCards)
+    assert strip.place_at(strip.shownCards[3].geometry().center() + QPoint(-60, 0)) == 3
     app.program.favourites.add(names[MOST_PINNED])
     assert "no more than 12" in app.errors[0]
 
@@ -153,7 +153,7 @@ def test_low_cards_in_one_line_need_no_scroll_bar(qtbot):
     qtbot.addWidget(strip)
     strip.hintLabel.hide()
     strip.cards.addWidget(card)
-    strip._shown = [card]
+    strip.shownCards = [card]
     (line,) = strip.heightsOfLines(CARD_WIDTH)
     assert strip.minimumSizeHint().height() <= line < LINE_HEIGHT, "the area is as high as the line"
 

@@ -96,7 +96,7 @@ def test_a_camera_is_reported_while_it_streams(app, monkeypatch, tmp_path):
     monkeypatch.setattr("grabbergui.ui.controllers.report.FRAMES", 5)
     app.connect()
     file = tmp_path / "camera.zip"
-    monkeypatch.setattr(app.program.report._files, "to_save", lambda title, name, kinds: file)
+    monkeypatch.setattr(app.program.files, "to_save", lambda title, name, kinds: file)
     app.window.actionReport.trigger()
     dialog = app.program.report.dialog
     save = dialog.saveButton

@@ -165,9 +165,7 @@ def test_settings_that_the_program_was_started_with_are_compared_once(make_app, 
 
 def test_the_file_of_settings_is_proposed_by_the_camera_s_name(app, monkeypatch):
     proposed = []
-    monkeypatch.setattr(
-        app.program.settings_files._files, "to_save", lambda _, name, kinds: proposed.append(name)
-    )
+    monkeypatch.setattr(app.program.files, "to_save", lambda _, name, kinds: proposed.append(name))
     app.connect()
     app.window.actionSaveSettings.trigger()
     assert proposed == ["Simulated-camera_SIM001.yaml"]

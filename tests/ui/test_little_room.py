@@ -91,7 +91,7 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
     window = app.window
     app.connect("sim:colour?fps=15")
     app.program.opener.open_additional("sim:?fps=15")
-    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 3)
+    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites.shownCards) == 3)
     app.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
     window.resize(800, 600)
     docks = (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
@@ -152,7 +152,7 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app
     app.program.opener.open_additional("sim:?fps=15")
     for name in ("DeviceTemperature", "TriggerMode", "TriggerSource", "AcquisitionMode"):
         app.program.favourites.add(name)
-    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites._shown) == 7)
+    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites.shownCards) == 7)
     app.until(lambda: window.favouritesArea.height() == window.favourites.height())
     window.resize(640, 360)
     app.until(lambda: window.favouritesArea.height() < window.favourites.height())
@@ -194,7 +194,7 @@ def test_long_names_of_cameras_push_nothing_out(make_app, name):
             return camera
 
         app = make_app()
-        app.program.opener._create = named
+        app.program.opener.create = named
         app.window.resize(800, 600)
         app.connect("sim:?width=320&height=240")
         app.program.opener.open_additional("sim:colour?width=320&height=240")
@@ -228,7 +228,7 @@ def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):
     app.until(lambda: len(window.gallery.tiles) == 2)
     window.resize(800, 600)
     app.until(lambda: window.centre.height() >= window.centre.minimumSizeHint().height() > 0)
-    cards = window.favourites._shown
+    cards = window.favourites.shownCards
     app.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
     app.until(lambda: window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock))
     window.sourcesDock.raise_()

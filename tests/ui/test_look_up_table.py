@@ -57,7 +57,7 @@ def test_the_gamma_of_the_cameras_table_is_shown(app, tmp_path, monkeypatch):
     assert lut.dialog.gammaBox.value() == 0.45
     path = tmp_path / "lut.csv"
     save_table(path, lut.edited // 2)
-    monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
+    monkeypatch.setattr(app.program.files, "to_open", lambda *_: path)
     lut.dialog.loadButton.click()
     assert lut.dialog.gammaBox.text() == "–", "no gamma has this curve"
 
@@ -65,8 +65,8 @@ def test_the_gamma_of_the_cameras_table_is_shown(app, tmp_path, monkeypatch):
 def test_a_file_that_is_no_table_is_refused_where_it_was_asked_for(app, tmp_path, monkeypatch):
     path = tmp_path / "lut.csv"
     path.write_text("0,1\n1,two\n")
-    lut, dialog = app.program.lut, app.program.lut.dialog
-    monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
+    dialog = app.program.lut.dialog
+    monkeypatch.setattr(app.program.files, "to_open", lambda *_: path)
     dialog.loadButton.click()
     assert "two" in dialog.stateLabel.text() and str(path) in dialog.stateLabel.text()
     dialog.gammaBox.setValue(0.5)
@@ -101,7 +101,7 @@ def test_edits_are_not_lost_without_a_question(app):
 
 def test_edits_in_a_file_can_be_left(app, tmp_path, monkeypatch):
     lut, dialog = app.program.lut, app.program.lut.dialog
-    monkeypatch.setattr(lut._files, "to_save", lambda *_: tmp_path / "lut.csv")
+    monkeypatch.setattr(app.program.files, "to_save", lambda *_: tmp_path / "lut.csv")
     dialog.gammaBox.setValue(0.5)
     dialog.saveButton.click()
     dialog.closeButton.click()
@@ -157,8 +157,8 @@ def test_its_use_is_switched_as_a_step_to_undo(app):
 def test_a_table_is_saved_and_loaded(app, tmp_path, monkeypatch):
     lut, dialog = app.program.lut, app.program.lut.dialog
     path = tmp_path / "lut.csv"
-    monkeypatch.setattr(lut._files, "to_save", lambda *_: path)
-    monkeypatch.setattr(lut._files, "to_open", lambda *_: path)
+    monkeypatch.setattr(app.program.files, "to_save", lambda *_: path)
+    monkeypatch.setattr(app.program.files, "to_open", lambda *_: path)
     dialog.gammaBox.setValue(2.0)
     curve = lut.edited
     dialog.saveButton.click()
@@ -175,7 +175,7 @@ def test_a_table_is_saved_and_loaded(app, tmp_path, monkeypatch):
 
 def test_a_table_that_cannot_be_saved_is_reported_in_the_words_of_every_file(app, tmp_path, monkeypatch):
     path = tmp_path / "no" / "lut.csv"
-    monkeypatch.setattr(app.program.lut._files, "to_save", lambda *_: path)
+    monkeypatch.setattr(app.program.files, "to_save", lambda *_: path)
     app.program.lut.dialog.saveButton.click()
     app.until(lambda: f"{path} could not be written: No such file or directory" in app.errors)
 

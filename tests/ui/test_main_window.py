@@ -156,7 +156,7 @@ def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(
         answer.clear()
         app = make_app()
         note = app.window.image.note
-        app.program.opener._create = create
+        app.program.opener.create = create
         app.program.begin("gige:10.255.255.1")
         app.until(lambda note=note: "Connecting" in note.summaryLabel.text())
         with watch:
@@ -242,7 +242,7 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
     reset = Feature(name="Reset", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY, category="Other")
     grabber = HeldElsewhere([gain, reset])
     link, window = app.program.opener, app.window
-    link._create = lambda uri: grabber
+    link.create = lambda uri: grabber
     app.program.sources.connect_to("fake:")
     app.until(lambda: app.errors)
     assert "read only: another application at 10.0.0.5" in app.errors[0]
@@ -284,7 +284,7 @@ def test_take_control_asks_first_and_names_program_and_recording(app, tmp_path):
     """One click ended the other program's recording."""
     grabber, link = HeldElsewhere([]), app.program.opener
     grabber.holder = f"127.0.0.1 (recorder, PID {os.getpid()})"
-    link._create = lambda uri: grabber
+    link.create = lambda uri: grabber
     app.program.sources.connect_to("fake:")
     app.until(lambda: app.window.messages.findChildren(QAbstractButton, "offerButton"))
     before = link.open_sources.current
@@ -304,7 +304,7 @@ def test_take_control_answers_every_time(app):
     gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
                    maximum=24.0)  # fmt: skip
     grabber, link = HeldElsewhere([gain]), app.program.opener
-    link._create = lambda uri: grabber
+    link.create = lambda uri: grabber
     app.program.sources.connect_to("fake:")
 
     def offered():
@@ -342,11 +342,11 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(ap
 def test_a_camera_is_opened_with_a_description_from_a_file(app, monkeypatch, tmp_path):
     file, opened = tmp_path / "model.xml", []
     sources = app.program.sources
-    monkeypatch.setattr(sources._files, "to_open", lambda title, kinds: file, raising=False)
+    monkeypatch.setattr(app.program.files, "to_open", lambda title, kinds: file, raising=False)
     monkeypatch.setattr(sources, "connect_to", opened.append)
     app.window.sources.descriptionRequested.emit("gige:40012345?resend=0")
     assert opened == [f"gige:40012345?resend=0&description={quote(str(file), safe='')}"]
-    monkeypatch.setattr(sources._files, "to_open", lambda title, kinds: None, raising=False)
+    monkeypatch.setattr(app.program.files, "to_open", lambda title, kinds: None, raising=False)
     app.window.sources.descriptionRequested.emit("gige:40012345")
     assert len(opened) == 1
 
@@ -374,8 +374,8 @@ def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
     window, link = app.window, app.program.opener
     app.connect()
     app.watch()
-    shown, create, wrong = link.open_sources.current, link._create, Unreachable()
-    link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
+    shown, create, wrong = link.open_sources.current, link.create, Unreachable()
+    link.create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
     app.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
     app.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
     app.until(lambda: window.image.tasks.rows)
@@ -392,8 +392,8 @@ def test_a_wrong_address_is_reported_while_the_current_camera_continues(app):
 def test_a_connection_that_takes_too_long_can_be_given_up(app):
     window, link = app.window, app.program.opener
     app.connect()
-    shown, create, slow = link.open_sources.current, link._create, Unreachable()
-    link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
+    shown, create, slow = link.open_sources.current, link.create, Unreachable()
+    link.create = lambda uri: slow if uri.scheme == "gige" else create(uri)
     app.program.sources.connect_to("gige:10.0.0.9")
     app.until(lambda: window.image.tasks.rows)
     app.qtbot.mouseClick(window.image.tasks.rows[0].cancelButton, Qt.LeftButton)

@@ -30,7 +30,7 @@ def window_of(make_app, qapp, size, cameras, histogram, language):
     if histogram:
         panel(app, "F2").trigger()
         app.until(lambda: not app.window.histogramDock.visibleRegion().isEmpty())
-    app.until(lambda: len(app.window.favourites._shown) == 3)
+    app.until(lambda: len(app.window.favourites.shownCards) == 3)
     return app
 
 
@@ -74,6 +74,6 @@ def test_controls_of_every_minute_are_seen_beside_it(make_app, qapp, size):
     buttons = [window.toolBar.widgetForAction(action) for action in (
         window.actionStart, window.actionStop, window.actionPause, window.actionSnapshot)]  # fmt: skip
     for control in (*buttons, window.recordingBar.recordButton, window.recordingBar.kindBox,
-                    *window.favourites._shown):  # fmt: skip
+                    *window.favourites.shownCards):  # fmt: skip
         app.until(lambda control=control: control.visibleRegion().boundingRect() == control.rect())
     assert window.sources.addressEdit.isVisible(), "in front, or a tab beside the features"

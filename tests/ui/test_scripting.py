@@ -86,8 +86,8 @@ def test_who_does_not_wait_for_the_source_is_told_how(run, capsys):
 import threading
 
 opening, connection = threading.Event(), app.program.opener
-create = connection._create
-connection._create = lambda uri: opening.wait(60) and create(uri)
+create = connection.create
+connection.create = lambda uri: opening.wait(60) and create(uri)
 connection.connect_to("sim:")
 try:
     app.wait_for_frames()

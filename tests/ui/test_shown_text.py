@@ -58,7 +58,7 @@ def open_dialog(app, kind):
 
 def test_the_window_renders_no_text_of_the_camera(app, monkeypatch, tmp_path):
     window, program = app.window, app.program
-    monkeypatch.setattr(program.opener, "_create", lambda uri: marked_camera(uri, MARKUP))
+    monkeypatch.setattr(program.opener, "create", lambda uri: marked_camera(uri, MARKUP))
     app.connect("sim:")
     panel = window.features
     panel.levelBox.setCurrentText("Guru")

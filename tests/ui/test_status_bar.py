@@ -170,10 +170,10 @@ def test_events_of_one_camera_are_not_attributed_to_another(app):
 
 
 def test_a_notice_goes_by_itself(app):
-    app.program.messages._clock = lambda: 0.0
+    app.program.messages.clock = lambda: 0.0
     app.window.actionSnapshot.trigger()
     app.until(lambda: any("Saved" in text for text in app.errors))
-    app.program.messages._clock = lambda: NOTICE_SECONDS + 1
+    app.program.messages.clock = lambda: NOTICE_SECONDS + 1
     app.until(lambda: not app.errors)
 
 

@@ -102,7 +102,7 @@ class Program(QObject):
         self.status.recorded = self.recordings.runs
         self.sharing = Sharing(self.open_sources, self.opener.stream, remote_terminal)
         messages = CurrentMessages(self.messages, lambda: self.open_sources.current)
-        files = FileDialogs(window)
+        self.files = files = FileDialogs(window)
         image, tasks = window.image, window.image.tasks
         rows = (window.features.rows, window.favourites.rows)
         open_sources = self.open_sources
@@ -339,7 +339,7 @@ class Program(QObject):
 
     def _choose_snapshot_folder(self) -> None:
         before = self.preferences.snapshot_folder
-        if chosen := FileDialogs(self.window).folder(self.tr("Folder for snapshots"), before):
+        if chosen := self.files.folder(self.tr("Folder for snapshots"), before):
             self.preferences.snapshot_folder = chosen
 
     def _open_snapshot_folder(self) -> None:

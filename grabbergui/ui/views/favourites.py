@@ -42,7 +42,8 @@ class FavouritesStrip(QWidget):
         load_form("favourites", self)
         self.rows = FeatureRows(self)
         """Every row, with what people do in them as signals."""
-        self._shown: list[FeatureRow] = []
+        self.shownCards: list[FeatureRow] = []
+        "The cards of the current camera, in their order."
         self._camera: Hashable = None
         self._pages: dict[Hashable, tuple[tuple[FeatureDescription, ...], list[FeatureRow]]] = {}
         "Cards of cameras that may be shown again, and the features they are of."
@@ -55,21 +56,21 @@ class FavouritesStrip(QWidget):
 
     def setFavourites(self, descriptions: Sequence[FeatureDescription], camera: Hashable = None) -> None:
         """Show these features, left to right. The cards of a `camera` are kept until `forget`."""
-        for row in self._shown:
+        for row in self.shownCards:
             self.cards.removeWidget(row)
             row.hide()
         if self._camera is None:
             self.forget(None)
         self._camera = camera
-        known, self._shown = self._pages.get(camera, ((), []))
+        known, self.shownCards = self._pages.get(camera, ((), []))
         if known != tuple(descriptions):
             self.forget(camera)
             self.rows.turnTo(camera)
-            self._shown = [self._card(description) for description in descriptions]
-            self._pages[camera] = tuple(descriptions), self._shown
+            self.shownCards = [self._card(description) for description in descriptions]
+            self._pages[camera] = tuple(descriptions), self.shownCards
         self.rows.turnTo(camera)
         self._arrange()
-        for row in self._shown:
+        for row in self.shownCards:
             row.show()
         pin = self.tr("Drag the name of a feature here to pin it above the image.")
         self.hintLabel.setText(self._hint if camera is None else pin)
@@ -83,8 +84,8 @@ class FavouritesStrip(QWidget):
             self.cards.removeWidget(card)
             card.hide()
             card.deleteLater()
-        if cards is self._shown:
-            self._shown = []
+        if cards is self.shownCards:
+            self.shownCards = []
 
     def setFeature(self, feature: Feature) -> None:
         """Show a feature that is among the favourites, or the automatic mode of one."""
@@ -98,7 +99,7 @@ class FavouritesStrip(QWidget):
     def heightsOfLines(self, width: int) -> list[int]:
         """Pixels of height that the first line of cards needs in that width, the first two, … all of them."""
         margins, columns = self._margins(), self._fitting(width)
-        cards = self._shown
+        cards = self.shownCards
         height, heights = margins.top() + margins.bottom(), []
         for index in range(0, len(cards), columns):
             height += max(card.sizeHint().height() for card in cards[index : index + columns])
@@ -136,7 +137,7 @@ class FavouritesStrip(QWidget):
 
     def place_at(self, position: QPoint) -> int:
         """Return the index of the card before which a position is; their number at the end."""
-        for index, card in enumerate(self._shown):
+        for index, card in enumerate(self.shownCards):
             box = card.geometry()
             below = position.y() > box.bottom() + self.cards.verticalSpacing()
             if not below and position.x() < box.center().x():
@@ -144,15 +145,15 @@ class FavouritesStrip(QWidget):
             last_of_line = (index + 1) % self._columns == 0
             if not below and last_of_line:
                 return index + 1
-        return len(self._shown)
+        return len(self.shownCards)
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
         """Draw the place where the feature would be dropped."""
         super().paintEvent(event)
-        if self._place is None or not self._shown:
+        if self._place is None or not self.shownCards:
             return
-        at_end = self._place >= len(self._shown)
-        box = self._shown[-1 if at_end else self._place].geometry()
+        at_end = self._place >= len(self.shownCards)
+        box = self.shownCards[-1 if at_end else self._place].geometry()
         gap = self.cards.horizontalSpacing() // 2
         x = box.right() + gap if at_end else max(1, box.left() - gap)
         painter = QPainter(self)
@@ -172,14 +173,14 @@ class FavouritesStrip(QWidget):
         """Return how many cards fit in a line of that width."""
         margins, gap = self._margins(), self.cards.horizontalSpacing()
         room = width - margins.left() - margins.right() + gap
-        return max(1, min(room // (CARD_WIDTH + gap), len(self._shown)))
+        return max(1, min(room // (CARD_WIDTH + gap), len(self.shownCards)))
 
     def _arrange(self) -> None:
         columns = self._fitting(self.width())
         for column in range(max(columns, self._columns)):
             self.cards.setColumnStretch(column, 1 if column < columns else 0)
         self._columns = columns
-        for index, card in enumerate(self._shown):
+        for index, card in enumerate(self.shownCards):
             self.cards.addWidget(card, index // columns, index % columns)
         self.updateGeometry()
 
