@@ -58,9 +58,12 @@ def test_a_camera_on_yarp_and_its_remote_twin(serve, tmp_path):
     options = ("--with-name-server", "--nameserver", "127.0.0.1:0", "--calibration", str(file))
     process = serve(SMALL, "--yarp", "/cam", *options)
     address = re.search(r"at (\S+:\d+)", line_with(process, "name server"))[1]
+    printed = line_with(process, "open it as ")
+    assert printed.startswith("YARP: /cam at tcp://") and "/cam/rpc at tcp://" in printed
+    uri = printed.split("open it as ")[1].strip()
     line_with(process, "serving")
 
-    remote = sources.create(f"yarp:/cam?nameserver={address}")
+    remote = sources.create(uri)
     remote.open()
     queue = remote.open_queue()
     remote.start()

@@ -2,15 +2,17 @@
 
 import errno
 import os
+import re
 import sys
 from argparse import Namespace
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
 
 from grabbergui.calibration import geometry
-from grabbergui.cli import main
+from grabbergui.cli import command_parsers, main
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.net.ros2.camera_pose import publish_frame
 from grabbergui.servo import closed_loop
@@ -188,3 +190,11 @@ def test_a_window_that_is_closed_without_a_result_is_no_success(monkeypatch, cap
     monkeypatch.setattr(windows, "hand_eye", lambda stand, theme, stop: None)
     assert main(["hand-eye", "--window", "--robot", "sim-teo"]) == 1
     assert "the window was closed before there was a result" in capsys.readouterr().err
+
+
+def test_the_manual_and_the_help_have_one_example():
+    """Both set the simulated board's size: without it the robot sees nothing in 72 poses."""
+    example = command_parsers()["hand-eye"][1].example
+    page = (Path(__file__).parents[2] / "docs" / "servoing.md").read_text("utf-8")
+    (written,) = re.findall(r"^grabbergui hand-eye --robot sim-teo .*$", page, re.MULTILINE)
+    assert set(example.split()) <= set(written.split())
