@@ -95,6 +95,15 @@ class Preferences:
         self._set("sources/recent", [uri, *others][:MOST_RECENT])
 
     @property
+    def left_open(self) -> list[str]:
+        """URIs of the sources that were open when the window was closed, the current one first."""
+        return self._list("sources/left-open")
+
+    @left_open.setter
+    def left_open(self, uris: list[str]) -> None:
+        self._set("sources/left-open", uris)
+
+    @property
     def typed(self) -> list[str]:
         """URIs of sources that the user added."""
         return self._list("sources/typed")

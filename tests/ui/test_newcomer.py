@@ -12,7 +12,7 @@ from PyQt5.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMenu,
 
 from grabbergui.models.open_source import LinkState
 from grabbergui.sources import discover_kind
-from grabbergui.ui.run.window import first_source
+from grabbergui.ui.run.window import first_sources
 from grabbergui.ui.views.settings_dialogs import SettingsReport
 from grabbergui.ui.views.source_list import SOURCE_ROLE
 from patience import allowance
@@ -109,7 +109,7 @@ class Newcomer:
 def newcomer(app, monkeypatch):
     # Other tests simulate cameras on this machine's network at the same time.
     monkeypatch.setattr(app.program.source_list, "_discover", lambda seconds: discover_kind("sim", seconds))
-    app.program.begin(first_source(None, app.preferences))
+    app.program.begin(*first_sources(None, app.preferences))
     app.until(lambda: app.program.open_sources.state is LinkState.STREAMING)
     app.watch()
     return Newcomer(app)

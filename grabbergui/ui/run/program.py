@@ -22,7 +22,7 @@ from grabbergui.models.log_book import LogBook
 from grabbergui.models.markup import markup
 from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.messages import MessageModel, Severity, UserMessage
-from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.recording import Recordings
 from grabbergui.models.sharing import Sharing
 from grabbergui.models.source_messages import CurrentMessages
@@ -193,8 +193,8 @@ class Program(QObject):
             text = self.tr("{0} cannot be written: the window will forget its arrangement and your choices")
             self.messages.post(UserMessage(text.format(file), Severity.WARNING))
 
-    def begin(self, uri: str | None) -> None:
-        """Connect to a source where one is named, and look for others once its first image is painted.
+    def begin(self, uri: str | None, *others: str) -> None:
+        """Connect to a source where one is named, and to `others` in tiles; then look for more.
 
         A search imports every kind of source, which would delay the first image. It begins after
         `SEARCH_AFTER_MS` at the latest.
@@ -206,6 +206,8 @@ class Program(QObject):
         self.window.image.painted.connect(self._search)
         QTimer.singleShot(SEARCH_AFTER_MS, self._search)
         self.sources.connect_to(uri)
+        for other in others:
+            self.sources.open_additional(other)
 
     def compare_once_open(self, settings: Path) -> None:
         """Compare the first camera that opens with a settings file, and offer to load it."""
@@ -223,6 +225,7 @@ class Program(QObject):
             self._down = True
             self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
             self.favourites.keep_layout()
+            self.preferences.left_open = self._left_open()
             self.window.hide()  # at once: what follows may take CLOSE_TIME
             self.features.set_model(None)
             self.source_list.stop(0)  # a search in progress ends while the rest is closed
@@ -245,6 +248,14 @@ class Program(QObject):
         self.status.close()
         self.log_book.close()
         return late
+
+    def _left_open(self) -> list[str]:
+        """Return the URIs of the cameras that the next start opens again, the current one first."""
+        current = self.open_sources.current
+        cameras = [source for source in self.open_sources.all
+                   if (source.state.connected or source.state is LinkState.LOST)
+                   and source.uri.scheme != sources.SourceKind.FILE.value]  # fmt: skip
+        return [str(source.uri) for source in sorted(cameras, key=lambda source: source is not current)]
 
     def _join(self) -> None:
         window = self.window

@@ -85,7 +85,7 @@ def run(
         if settings is not None:
             controller.compare_once_open(settings)
         if code_of_script is None:
-            controller.begin(first_source(uri, preferences))
+            controller.begin(*first_sources(uri, preferences))
         else:
             controller.begin(uri)
             QTimer.singleShot(0, lambda: report.follow(run_script(code_of_script, controller)))
@@ -105,10 +105,11 @@ def run(
     return code
 
 
-def first_source(uri: str | None, preferences: Preferences) -> str:
-    """Return the source to open: the requested one, the last one, or the simulated camera."""
-    recent = preferences.recent
-    return uri or (recent[0] if recent else FIRST_URI)
+def first_sources(uri: str | None, preferences: Preferences) -> list[str]:
+    """Return the sources to open: the requested one, those left open, the last, or the simulated camera."""
+    if uri:
+        return [uri]
+    return preferences.left_open or preferences.recent[:1] or [FIRST_URI]
 
 
 class _Report:

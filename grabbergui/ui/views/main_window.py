@@ -28,6 +28,7 @@ from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.keys import MenuKeys
+from grabbergui.ui.preferences import LAYOUT_VERSION
 from grabbergui.ui.screen import screen_room
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.tab_order import give_focus
@@ -35,6 +36,7 @@ from grabbergui.ui.theme import Theme, window_icon
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesArea, FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
+from grabbergui.ui.views.full_screen import FullScreen
 from grabbergui.ui.views.header import WindowHeader
 from grabbergui.ui.views.help_views import LogPanel
 from grabbergui.ui.views.image_view import ImageView
@@ -168,6 +170,8 @@ class MainWindow(QMainWindow):
         self.mayClose: Callable[[], bool] = lambda: True
         """Called when the user closes the window; if it returns False, it may close the window later."""
         self._quitting = False
+        self._geometry = self._state = QByteArray()
+        "Of the window and its docks, before the image filled the screen."
         self.status = StatusStrip(self)
         self.messages = self.status.messages
         self.statusbar.addWidget(self.status, 1)
@@ -181,6 +185,8 @@ class MainWindow(QMainWindow):
         self._tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock,
                        self.changesDock, self.logDock)  # fmt: skip
         self._panels = PanelLayout(self, (self.sourcesDock, self.featuresDock), self._tools)
+        around = (self.header, self.statusbar, self.sourcesDock, self.featuresDock, *self._tools)
+        self._full_screen = FullScreen(self, self.image, self.favouritesArea, around, self.actionFullScreen)
         self._list_panels()
         if (layout := self.layout()) is not None:
             # Qt would keep the window as large as the panels need until they are arranged for less.
@@ -253,8 +259,14 @@ class MainWindow(QMainWindow):
         regions = [self.header, *cards, self.image, *docks, self.status]
         return give_focus(regions, focused, forward=forward)
 
+    def saveGeometry(self) -> QByteArray:
+        """Return where the window is, or was before it filled the screen."""
+        return self._geometry if self._full_screen.active else super().saveGeometry()
+
     def saveState(self, version: int = 0) -> QByteArray:
-        """Return where the docks are, and by which arrangement."""
+        """Return where the docks are, and by which arrangement; in full screen, as before."""
+        if self._full_screen.active:
+            return self._state
         arrangement = self._panels.arrangement
         name = arrangement.value if arrangement is not None else ""
         return super().saveState(version) + ARRANGEMENT + name.encode()
@@ -426,9 +438,10 @@ class MainWindow(QMainWindow):
 
     def _on_full_screen_toggled(self, full: bool) -> None:
         if full:
-            self.showFullScreen()
+            self._geometry, self._state = self.saveGeometry(), self.saveState(LAYOUT_VERSION)
+            self._full_screen.enter()
         else:
-            self.showNormal()
+            self._full_screen.leave()
 
     def _explain_shortcuts(self) -> None:
         """Show tooltips in menus, too, and add each action's shortcut to its own."""
