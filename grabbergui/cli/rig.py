@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from grabbergui.rig.grabber import RigGrabber
     from grabbergui.rig.link_budget import LinkBudget
 
+MOST_INCOMPLETE = 0.1
+"Part of the sets that may be incomplete, as the first ones often are, before `check` calls it a problem."
 CHECK_SECONDS = 3.0
 "How long `check` watches the stream, unless told otherwise."
 
@@ -171,6 +173,8 @@ def _check(options: argparse.Namespace) -> int:
             )
     if not counts.complete:
         problems.append("no set was complete")
+    elif counts.incomplete > MOST_INCOMPLETE * counts.sets:
+        problems.append(f"{counts.incomplete} of {counts.sets} sets are incomplete")
     if options.json:
         print_json(
             {
