@@ -63,7 +63,7 @@ def opencv(installed: Sequence[str]) -> Iterator[Finding]:
         yield problem(
             f"{' and '.join(installed)} are installed, and overwrite each other: cv2 or its imshow may fail",
             f"pip uninstall {' '.join(installed)}, then {again} with the one that you need: {OPENCV[0]}, or "
-            f"{others[0]} for cv2.imshow, with which this program runs without its window",
+            f"{others[0]} for cv2.imshow; this program runs with either",
         )
     elif not installed:
         yield note("OpenCV is not from the package index", f"if cv2 fails: {install_command('cv2')}")

@@ -7,7 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from PyQt5.QtCore import (
     QCoreApplication,
@@ -35,6 +35,7 @@ def application() -> QApplication:
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running
+    forget_qt_of_opencv()
     require_display()
     require_platform()
     log_qt_messages()
@@ -48,6 +49,13 @@ def application() -> QApplication:
     app.setWindowIcon(window_icon())
     GuiThreadCollector(app)
     return app
+
+
+def forget_qt_of_opencv() -> None:
+    """Undo what OpenCV's packages with windows do when they are loaded: PyQt5 cannot use their plugins."""
+    for variable in ("QT_QPA_PLATFORM_PLUGIN_PATH", "QT_QPA_FONTDIR"):
+        if PurePath(os.environ.get(variable, "")).parts[-3:-1] == ("cv2", "qt"):
+            del os.environ[variable]
 
 
 def require_display() -> None:
