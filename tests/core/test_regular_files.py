@@ -213,6 +213,7 @@ OPENED_OTHERWISE = {
     "report/stand_ins.py": "/sys",
     "driver/genapi/parse_cache.py": "the program's own cache, a folder that nobody else may write to",
     "doctor/gige.py": "/proc",
+    "models/other_program.py": "/proc",
     "doctor/usb.py": "/sys",
     "net/ros2/runtime.py": "a profile of the user",
     "net/ros2/shared_memory.py": "/proc",
