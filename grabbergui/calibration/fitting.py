@@ -41,7 +41,7 @@ class FittedCalibration:
         self._assumed: tuple[Calibration | None, Calibration | None] = (None, None)
         "A calibration that does not record its geometry, and the same with the one that it counts as."
         self._fitted: tuple[object, FrameCalibration | None] = (None, None)
-        "What the last calibration was fitted to, and the result; exchanged as one."
+        "Geometry to which the calibration was fitted last, and the result; exchanged as one."
         if file is not None:
             self.use(file)
 

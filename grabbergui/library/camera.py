@@ -153,7 +153,7 @@ class Camera(FeatureAccess):
     @property
     def streaming(self) -> bool:
         """Whether the camera sends frames."""
-        await_ends()  # of loops that were left just now
+        await_ends()  # of loops that have just ended
         return self._grabber.streaming
 
     @property

@@ -21,7 +21,7 @@ from grabbergui.models.features.number_input import typed_value
 Value = TypeVar("Value", float, str, int)
 
 SettingValue = FeatureValue | np.bool_ | np.integer[Any] | np.floating[Any]
-"What may be written: a value, its text, or one of numpy's scalars."
+"A value that can be written: a plain one, its text, or one of numpy's scalars."
 
 
 class Setting(Generic[Value]):

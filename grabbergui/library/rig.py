@@ -197,7 +197,7 @@ class Rig:
 
     @property
     def clocks(self) -> dict[str, ClockState]:
-        """What is known of each camera's clock: PTP, uncertainty, drift."""
+        """Facts about each camera's clock: PTP, uncertainty, drift."""
         return self._rig("clocks").clock_states()
 
     def lead(self, camera: str) -> None:

@@ -16,7 +16,7 @@ from grabbergui.recording.mcap_writer import McapWriter, RecordedTopic
 from grabbergui.recording.writer import CalibrationOf, RecordingWriter
 
 _VERSION = 5
-"""Of the metadata: the newest that Humble reads; later releases read it as well."""
+"""Version of the metadata: the newest that Humble reads; later releases read it as well."""
 
 
 class BagWriter(RecordingWriter):

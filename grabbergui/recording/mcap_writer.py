@@ -70,7 +70,7 @@ class McapWriter(RecordingWriter):
         self._info: tuple[FrameCalibration | None, CameraInfoFields] = (None, CameraInfoFields())
         "The newest calibration and its message."
         self.topics: dict[int, RecordedTopic] = {}
-        "What was written, by channel."
+        "Topics written so far, by channel."
         self.times = (0, 0)
         "Times of the first and last message, nanoseconds."
         self._source = _utf8(info.title)

@@ -165,7 +165,7 @@ class PlaybackGrabber(FrameGrabber):
         self._player: threading.Thread | None = None
         self._running = False
         self._calibration: Calibration | None = None
-        "Of the frame delivered last."
+        "Calibration of the frame delivered last."
         self._shown = -1
         "Index of the frame delivered last; -1 if the one at the position is to be delivered at once."
         self._readable = True

@@ -19,7 +19,7 @@ class RecordingReader(ABC):
     scan: Scan3d | None = None
     "The meaning of its 3D data; None if that was not recorded."
     remark: str = ""
-    "What a user should know about it, such as further topics; empty if there is nothing."
+    "Remark for the user about it, such as further topics; empty if there is nothing."
     times_ns: list[int]
     "The time of each frame, never decreasing; only differences are meaningful."
 

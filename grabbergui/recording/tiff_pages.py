@@ -2,7 +2,7 @@
 
 A page is an image file directory (IFD): tags with sizes, format and the places of strips. Uncompressed pages
 in one piece are read directly, so that a stack of gigabytes plays page by page; OpenCV decodes others. ImageJ
-writes stacks beyond 4 GiB as one page, whose description (`images=N`) tells how many follow each other.
+writes stacks beyond 4 GiB as one page, whose description (`images=N`) has the number of images in it.
 """
 
 from __future__ import annotations

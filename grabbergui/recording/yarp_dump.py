@@ -37,9 +37,9 @@ class Dumped:
 
     file: str
     number: int
-    "Of the envelope."
+    "Number in the envelope."
     time_ns: int
-    "Of the sender, or else of receipt."
+    "Time of the sender, or else of receipt."
 
 
 def read_log(folder: Path) -> list[Dumped]:

@@ -74,9 +74,9 @@ class _Names:
 
     def __init__(self, report: CameraReport) -> None:
         self._texts: dict[str, str] = {}
-        "Of the camera and its network."
+        "Stand-ins for texts of the camera and its network."
         self._computer: dict[str, str] = {}
-        "Of this computer: only in texts about it."
+        "Stand-ins for texts of this computer, used only in texts about it."
         self._numbers: dict[int, int] = {}
         self._bytes: dict[bytes, bytes] = {}
         "Binary forms, all of one length for name and stand-in."

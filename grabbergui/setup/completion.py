@@ -49,7 +49,7 @@ class Completer:
     """Finds the words that are possible at a place of a command line."""
 
     table: dict[str, Any]
-    "What `commands.json` holds."
+    "Contents of `commands.json`."
     find_sources: Callable[[], Iterable[str]]
     feature_names: Callable[[str], Iterable[str]]
     "The names of a source's features."

@@ -1,4 +1,4 @@
-"""What a frame carries beside its pixels, as rows of text: number, times, completeness, chunk data."""
+"""The metadata of a frame as rows of text: number, times, completeness, chunk data."""
 
 from __future__ import annotations
 

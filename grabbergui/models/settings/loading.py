@@ -74,7 +74,7 @@ class SettingReport:
     reason: str = ""
     "Why the camera does not have the wanted value, as display text."
     unit: str = ""
-    "Of the values."
+    "Unit of the values."
 
     def __str__(self) -> str:
         change = f"{format_value(self.before)} → {format_value(self.wanted)}"

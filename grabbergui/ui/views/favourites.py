@@ -41,7 +41,7 @@ class FavouritesStrip(QWidget):
         super().__init__(parent)
         load_form("favourites", self)
         self.rows = FeatureRows(self)
-        """Every row, with what people do in them as signals."""
+        """Every row; signals report what the user does in them."""
         self.shownCards: list[FeatureRow] = []
         "The cards of the current camera, in their order."
         self._camera: Hashable = None

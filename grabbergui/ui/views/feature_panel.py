@@ -219,12 +219,12 @@ class FeaturePanel(QWidget):
         super().__init__(parent)
         load_form("feature_panel", self)
         self.rows = FeatureRows(self)
-        """Every row, with what people do in them as signals."""
+        """Every row; signals report what the user does in them."""
         self._pacer = Pacer(self)
         self._section: Section | None = None
         self._camera: Hashable = None
         self._sections: dict[Hashable, Section] = {}
-        "Of cameras that may be shown again."
+        "Sections of cameras that may be shown again."
         self._watched: frozenset[str] = frozenset()
         self._elsewhere: frozenset[str] = frozenset()
         self.filterEdit.textChanged.connect(self._arrange)

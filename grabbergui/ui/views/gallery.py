@@ -23,7 +23,7 @@ from grabbergui.ui.widgets.image_items import DIMMED, as_qimage
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 
 TILE_HEIGHT = 62
-"Of a tile, pixels."
+"Height of a tile in pixels."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 "Keys that make a tile's source current."
 

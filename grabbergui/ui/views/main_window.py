@@ -51,7 +51,7 @@ FIRST_SHARE = 0.75
 ARRANGEMENT = b"\narrangement of the panels: "
 "Separates Qt's state of the docks from the name of their arrangement."
 LEAST_SIZE = QSize(640, 360)
-"Of the window, pixels. Its panels are arranged for any larger size."
+"Least size of the window in pixels. Its panels are arranged for any larger size."
 
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
@@ -171,7 +171,7 @@ class MainWindow(QMainWindow):
         """Called when the user closes the window; if it returns False, it may close the window later."""
         self._quitting = False
         self._geometry = self._state = QByteArray()
-        "Of the window and its docks, before the image filled the screen."
+        "Places of the window and its docks before the image filled the screen."
         self.status = StatusStrip(self)
         self.messages = self.status.messages
         self.statusbar.addWidget(self.status, 1)

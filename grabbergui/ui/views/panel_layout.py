@@ -15,9 +15,9 @@ LEAST_PANEL, LEAST_TOOL = 300, 230
 LEAST_COLUMN, MOST_COLUMN, COLUMN_SHARE = 280, 390, 0.22
 "Width of the panels beside the image: pixels, and share of the window's width."
 SOURCES_SHARE, TOOLS_SHARE = 0.4, 0.26
-"Of the window's height, at most for the sources and usually for the tools."
+"Shares of the window's height: most for the sources, usual for the tools."
 BELOW_SHARE = 0.4
-"Of a tall window's height, for the panels below the image."
+"Share of a tall window's height for the panels below the image."
 
 
 class PanelArrangement(Enum):
@@ -93,7 +93,7 @@ class PanelLayout(QObject):
         self._opened = False
 
     def fit(self, *_: object) -> None:
-        """Give the panels their heights anew, as another number of sources is open."""
+        """Give the panels their heights again, as another number of sources is open."""
         self._opened = True
         QTimer.singleShot(0, self.adapt)  # once it is laid out
 

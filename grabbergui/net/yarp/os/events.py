@@ -9,7 +9,7 @@ from typing import Final
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
 
-# Of the events, the two that stream are not frozen: that would double the time it takes to make one.
+# The two events that stream are not frozen: that would double the time it takes to make one.
 _EMPTY: Final = memoryview(b"")
 
 
