@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
@@ -19,11 +20,13 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import SettingKey
 from grabbergui.rig import camera_features
-from grabbergui.rig.camera_clock import CameraClock, ClockState, ClockWatch, ptp_switch
+from grabbergui.rig.camera_clock import CameraClock, ClockState, ClockWatch, network_clock, ptp_switch
 from grabbergui.rig.camera_features import OWN, SEND
+from grabbergui.rig.clock_fit import HostTime
 from grabbergui.rig.followers import Followers
 from grabbergui.rig.frame_sets import (
     FrameSet,
+    FrameStamp,
     MatchByAction,
     MatchByCounter,
     MatchByTime,
@@ -241,7 +244,7 @@ class RigGrabber(FrameGrabber):
             raise
         if self.entry.trigger.by != "free":
             self._watches = {
-                name: TriggerWatch(camera, self.entry.trigger, self._settings)
+                name: TriggerWatch(camera, self.entry.trigger, self._settings, partial(self._host_time, name))
                 for name, camera in self.cameras.items()
                 if name != self.entry.trigger.leader
             }
@@ -362,13 +365,20 @@ class RigGrabber(FrameGrabber):
         if images:
             self._fanout.put(SetFrame.of(images))
 
-    def _on_taken(self, camera: str, frame: Frame) -> None:
-        if (watch := self._watches.get(camera)) is not None:
+    def _host_time(self, camera: str, device_ns: int) -> HostTime | None:
+        estimate = network_clock(self._clocks.values()) or self._clocks[camera].estimate
+        return None if estimate is None else estimate.host_time(device_ns)
+
+    def _on_taken(self, camera: str, frame: Frame, stamp: FrameStamp) -> None:
+        if camera == self.entry.trigger.leader:
+            for other in self._watches.values():
+                other.note_sent(stamp.time_ns, acknowledged=True)
+        elif (watch := self._watches.get(camera)) is not None:
             watch.note_frame(frame)
 
     def _on_sent(self, camera: str, acknowledged: bool) -> None:
         if (watch := self._watches.get(camera)) is not None:
-            watch.note_sent(acknowledged=acknowledged)
+            watch.note_sent(time.monotonic_ns(), acknowledged=acknowledged)
 
     def _expect(self, moment_ns: int) -> None:
         if (sets := self._sets) is not None:

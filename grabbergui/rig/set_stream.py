@@ -13,7 +13,7 @@ from grabbergui.core.frame_period import frame_period
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.rig.camera_clock import CameraClock, network_clock
-from grabbergui.rig.frame_sets import FrameSet, MatchByAction, SetMatcher, SetTimes
+from grabbergui.rig.frame_sets import FrameSet, FrameStamp, MatchByAction, SetMatcher, SetTimes
 from grabbergui.rig.rig_file import RigEntry
 
 DEPTH = 16
@@ -66,7 +66,7 @@ class SetStream:
         clocks: Mapping[str, CameraClock],
         matcher: SetMatcher[Frame],
         deliver: Callable[[FrameSet[Frame]], object],
-        taken: Callable[[str, Frame], object] = lambda camera, frame: None,
+        taken: Callable[[str, Frame, FrameStamp], object] = lambda camera, frame, stamp: None,
     ) -> None:
         """`deliver` is called with each finished set, by one thread at a time; it must not wait.
 
@@ -118,8 +118,8 @@ class SetStream:
             self.matcher.set_present(camera, present)
 
     def _take(self, camera: str, frame: Frame) -> None:
-        self._taken(camera, frame)
         stamp = self._clocks[camera].stamp(frame, network_clock(self._clocks.values()))
+        self._taken(camera, frame, stamp)
         with self._lock:
             self._hand_over(self.matcher.add(camera, frame, stamp, time.monotonic_ns()))
 

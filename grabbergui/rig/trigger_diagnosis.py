@@ -70,6 +70,8 @@ class TriggerEvidence:
     "LineStatus; None if the camera has none."
     sent: tuple[int, ...] = ()
     "Triggers that we, or the leading camera, sent."
+    clock_ns: int = 0
+    "How far the clock of what was sent may be from the camera's."
     missed: tuple[int, ...] = ()
     "FrameTriggerMissed events."
     exposure_ns: int = 0
@@ -170,8 +172,10 @@ def _of_edges(evidence: TriggerEvidence) -> TriggerFinding | None:
     if evidence.activation in ("RisingEdge", "FallingEdge"):
         if not wanted:
             return _wrong_edge(f"{line} has only edges of the other kind", opposite)
-        if evidence.sent and other and _delay(evidence.sent, other) + EDGE_NS < _delay(evidence.sent, wanted):
-            late = (_delay(evidence.sent, wanted) - _delay(evidence.sent, other)) / 1000
+        early = evidence.clock_ns
+        begin, late = _delay(evidence.sent, other, early), _delay(evidence.sent, wanted, early)
+        if evidence.sent and begin + EDGE_NS + early < late:
+            late = (late - begin) / 1000
             return _wrong_edge(f"the camera triggers at the end of each pulse, {late:.0f} µs late", opposite)
     return None
 
@@ -182,13 +186,16 @@ def _wrong_edge(what: str, opposite: str) -> TriggerFinding:
     )
 
 
-def _delay(sent: Sequence[int], edges: Sequence[int]) -> float:
-    """Return the usual time from what was sent to the next edge, in ns; infinite if none follows."""
+def _delay(sent: Sequence[int], edges: Sequence[int], early: int) -> float:
+    """Return the usual time from what was sent to its edge, in ns; infinite if there is none.
+
+    An edge may seem to be `early`, as clocks differ.
+    """
     delays = []
     for time in sent:
-        at = bisect.bisect_left(edges, time)
+        at = bisect.bisect_left(edges, time - early)
         if at < len(edges):
-            delays.append(edges[at] - time)
+            delays.append(max(0, edges[at] - time))
     return statistics.median(delays) if delays else float("inf")
 
 

@@ -9,12 +9,14 @@ import logging
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber
 from grabbergui.core.settings import SettingKey
+from grabbergui.rig.clock_fit import HostTime
 from grabbergui.rig.rig_file import TriggerEntry
 from grabbergui.rig.settings_undo import UndoableSettings
 from grabbergui.rig.trigger_diagnosis import ActionKeys, TriggerEvidence, TriggerFinding, diagnose
@@ -29,8 +31,18 @@ MISSED = "FrameTriggerMissed"
 class TriggerWatch:
     """Watches one camera under the rig's trigger. Any thread."""
 
-    def __init__(self, grabber: FrameGrabber, entry: TriggerEntry, settings: UndoableSettings) -> None:
-        """Switch the events on; `settings` takes note of what is to be put back."""
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        entry: TriggerEntry,
+        settings: UndoableSettings,
+        to_host: Callable[[int], HostTime | None],
+    ) -> None:
+        """Switch the events on; `settings` takes note of what is to be put back.
+
+        `to_host` returns the host's time at a time of the camera; None while its clock is not known.
+        """
+        self._to_host = to_host
         self._grabber = grabber
         self._entry = entry
         self._lock = threading.Lock()
@@ -50,10 +62,10 @@ class TriggerWatch:
         """Listen no more."""
         self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
 
-    def note_sent(self, *, acknowledged: bool) -> None:
-        """Take note of a trigger that was sent to this camera."""
+    def note_sent(self, moment_ns: int, *, acknowledged: bool) -> None:
+        """Take note of a trigger that was sent to this camera, by us or the leader, on the host's clock."""
         with self._lock:
-            self._sent.append(time.monotonic_ns())
+            self._sent.append(moment_ns)
             self._acknowledged += acknowledged
 
     def note_frame(self, frame: Frame) -> None:
@@ -72,6 +84,10 @@ class TriggerWatch:
             events = {name: tuple(times) for name, times in self._events.items()}
             frames, sent, acknowledged = tuple(self._frames), tuple(self._sent), self._acknowledged
         by_line = self._entry.by == "line"
+        clock_ns = 0
+        if by_line:
+            events, clock_ns = self._on_host_clock(events)
+            sent = sent if clock_ns else ()
         edges = by_line and {self._rising, self._falling} <= self._on
         return TriggerEvidence(
             self._source,
@@ -81,7 +97,8 @@ class TriggerWatch:
             rising=events[self._rising] if edges else None,
             falling=events[self._falling] if edges else None,
             level=self._level() if by_line else None,
-            sent=() if by_line else sent,
+            sent=sent,
+            clock_ns=clock_ns,
             missed=events[MISSED],
             exposure_ns=exposure,
             readout_ns=self._readout_ns(exposure),
@@ -90,6 +107,18 @@ class TriggerWatch:
             accepted=self._keys_accepted(),
             acknowledged=acknowledged if self._entry.by == "action" else None,
             rate=0.0 if by_line else self._entry.rate,
+        )
+
+    def _on_host_clock(self, events: dict[str, tuple[int, ...]]) -> tuple[dict[str, tuple[int, ...]], int]:
+        """Return events on the host's clock, and how exact they are; 0 if the clock is not known."""
+        found = {name: [self._to_host(time) for time in times] for name, times in events.items()}
+        known = {name: [each for each in times if each is not None] for name, times in found.items()}
+        uncertain = [each.uncertainty_ns for times in known.values() for each in times]
+        if any(len(known[name]) < len(times) for name, times in events.items()) or not uncertain:
+            return events, 0
+        # The leader's clock is as uncertain as this one.
+        return {name: tuple(each.time_ns for each in times) for name, times in known.items()}, 2 * max(
+            uncertain
         )
 
     def _switch_on(self, name: str, settings: UndoableSettings) -> bool:

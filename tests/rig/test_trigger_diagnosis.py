@@ -166,6 +166,15 @@ def wrong_edge(seed):
     return bench.result(sent=tuple(map(clock.to_device, pulses)))
 
 
+def well_with_a_leader(seed):
+    bench = Bench(seed)
+    pulses = bench.pulses(slow(bench))
+    bench.run(bench.levels(pulses, bench.random.randint(MS // 4, 3 * MS)))
+    shift = bench.random.randint(-300_000, 300_000)  # of the leader's clock
+    clock = bench.model._device_clock
+    return bench.result(sent=tuple(clock.to_device(time) + shift for time in pulses), clock_ns=300_000)
+
+
 KEYS = ActionKeys(7, 3, 5)
 
 
@@ -217,6 +226,7 @@ def lost_frame(seed):
 
 FAULTS = {
     well: TriggerCause.NONE,
+    well_with_a_leader: TriggerCause.NONE,
     actions: TriggerCause.NONE,
     no_signal: TriggerCause.NO_SIGNAL,
     missing: TriggerCause.PULSES_MISSING,
