@@ -141,7 +141,6 @@ class _Operator:
             self.program.open_sources.wait_closed(10)
         return seen
 
-    # -- the window ------------------------------------------------------------------------------
     def _open_panel(self) -> None:
         """Show every feature of the first ten categories, with the visibility Guru."""
         from grabbergui.ui.views.feature_panel import Section
@@ -165,7 +164,6 @@ class _Operator:
         self._wait(2.0)
         return (time.monotonic() - began) / max(self.program.image.received - before, 1)
 
-    # -- the hand --------------------------------------------------------------------------------
     def _adjust(self, hand: str, repeats: int) -> list[Adjusted]:
         act = getattr(self, f"_by_{hand}")
         self._by_slider(0)
@@ -278,7 +276,6 @@ class _Operator:
                 found += [at - made[-1]] if made else []
         return found
 
-    # -- yardsticks ------------------------------------------------------------------------------
     def _round_trip(self) -> float:
         """Return the median seconds of an empty request to a remote source; 0 for a local one."""
         grabber = self._grabber()
@@ -315,7 +312,6 @@ class _Operator:
                 took.append(thread.submit(write, low + number % 2).result())
         return took
 
-    # -- waiting ---------------------------------------------------------------------------------
     def _wait(self, seconds: float) -> None:
         """Run the event loop for a while."""
         loop = QEventLoop()

@@ -158,7 +158,6 @@ def test_a_cancelled_upload_reports_its_progress(camera):
     assert read_file(camera, "LUTLuminance") == GAMMA[:4096]
 
 
-# -- firmware ------------------------------------------------------------------------------------
 def test_firmware_is_replaced_only_on_purpose(camera):
     before = read_file(camera, "Firmware")
     with pytest.raises(UsageError, match="may leave the camera useless"):
@@ -190,7 +189,6 @@ def test_a_file_that_reads_back_differently_is_an_error(camera, monkeypatch):
         write_file(camera, "LUTLuminance", bytes(8192))
 
 
-# -- where files cannot be had -------------------------------------------------------------------
 def test_monitor_access_is_refused_before_a_file_is_opened():
     grabber = sources.create("sim:")
     grabber.open(Access.MONITOR)

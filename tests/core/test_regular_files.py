@@ -78,7 +78,6 @@ def test_a_name_that_is_exchanged_between_check_and_opening_does_not_hang(tmp_pa
     assert len(list(Path("/proc/self/fd").iterdir())) == before
 
 
-# -- every reader --------------------------------------------------------------------------------
 def settings(path):
     from grabbergui.models.settings import files
 
@@ -194,7 +193,6 @@ def test_every_reader_refuses_a_pipe_at_once_and_says_so(tmp_path, read, name):
     assert caught and isinstance(caught[0], GrabberError) and "pipe (FIFO)" in str(caught[0])
 
 
-# -- every place ---------------------------------------------------------------------------------
 OPENED_OTHERWISE = {
     "core/regular_files.py": "the owner",
     "core/shared_folder.py": "the owner for folders of several users",

@@ -170,7 +170,6 @@ class Operator:
             Path(os.environ["GRABBERGUI_ARTEFACTS"]) if "GRABBERGUI_ARTEFACTS" in os.environ else None
         )
 
-    # -- what is said ------------------------------------------------------------------------------
     def ask(self, expression: str) -> Any:
         """Evaluate an expression in the observer's process, while the window lives."""
         assert self.process.stdin is not None
@@ -207,7 +206,6 @@ class Operator:
         links = Path(f"/proc/{self.process.pid}/fd").iterdir()
         return any(part in target for target in map(_target, links))
 
-    # -- hands -------------------------------------------------------------------------------------
     def keys(self, *keys: str) -> None:
         """Press keys one after the other, as "ctrl+z"."""
         self._do("key", "--clearmodifiers", "--delay", 20, *keys)

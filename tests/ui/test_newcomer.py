@@ -27,7 +27,6 @@ class Newcomer:
         self.qtbot = app.qtbot
         self.until = app.until
 
-    # -- looking -------------------------------------------------------------------------------------
     def reads(self, text):
         """Whether a text that can be seen holds this."""
         labels = [label for label in self.window.findChildren(QLabel) if label.isVisible()]
@@ -55,7 +54,6 @@ class Newcomer:
         self.until(lambda: any(row.isVisible() and row.editor is not None for row in rows.rows(name)))
         return next(row for row in rows.rows(name) if row.isVisible())
 
-    # -- touching ------------------------------------------------------------------------------------
     def press(self, text):
         button = self.button(text)
         self.until(button.isEnabled)

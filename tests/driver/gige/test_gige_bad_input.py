@@ -61,7 +61,6 @@ def lie_about_payload(camera: GigeCamera, size: int | None) -> None:
     camera.model.read = lying  # type: ignore[method-assign]
 
 
-# -- payload -----------------------------------------------------------------------------------------
 def test_images_larger_than_announced_are_refused_and_the_camera_stays_usable(
     simulated: GigeCamera, grabber: FrameGrabber, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -90,7 +89,6 @@ def test_a_payload_beyond_reason_takes_no_memory(
     assert not grabber.streaming
 
 
-# -- strangers ---------------------------------------------------------------------------------------
 def test_a_stranger_cannot_put_images_into_the_stream(grabber: FrameGrabber) -> None:
     grabber.open()
     assert isinstance(grabber, DeviceGrabber) and isinstance(grabber.device, GigeDevice)
@@ -200,7 +198,6 @@ def test_answers_of_others_to_our_commands_are_not_taken(
     assert states.empty()
 
 
-# -- description -------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("url", "says"),
     [

@@ -168,7 +168,6 @@ def test_the_identity_is_read_from_the_memory(served: GigeCamera) -> None:
     assert read.ip == ADDRESS and read.device_mode == 0x1
 
 
-# -- who is asked how ----------------------------------------------------------------------------
 def description(vendor: str, model: str, minor: int, order: str) -> str:
     return f"""<RegisterDescription ModelName="{model}" VendorName="{vendor}" SchemaMajorVersion="1"
     SchemaMinorVersion="{minor}"><IntReg Name="A"><pPort>Device</pPort><Endianess>{order}</Endianess></IntReg>

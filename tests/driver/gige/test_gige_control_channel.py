@@ -290,7 +290,6 @@ def test_a_command_that_is_not_answered_is_described(message: gvcp.Request, desc
     assert channel.ignored == 1
 
 
-# -- heartbeat ---------------------------------------------------------------------------------------
 class Driven:
     """A heartbeat on a channel, driven as `control_link` drives both."""
 

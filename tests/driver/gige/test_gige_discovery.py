@@ -191,7 +191,6 @@ def test_any_identity_gives_a_uri(data: bytes) -> None:
     assert FoundDevice(Identity.decode(data), "192.168.0.9", ETHERNET).info().uri.startswith("gige:")
 
 
-# -- packet size -------------------------------------------------------------------------------------
 class Scps:
     """A device's SCPS register whose test packets pass a path of some width."""
 

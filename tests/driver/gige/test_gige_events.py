@@ -52,7 +52,6 @@ def simulate() -> Iterator[Callable[..., GigeCamera]]:
         camera.close()
 
 
-# -- inbox -------------------------------------------------------------------------------------------
 def test_a_message_is_acknowledged_with_its_own_id() -> None:
     ack, events = MessageInbox().receive(EVENT.encode(0x1234))
     assert Ack.decode(ack) == Ack(0, CommandCode.EVENTDATA + 1, 0x1234)
@@ -94,7 +93,6 @@ def test_any_datagram_is_heard_or_counted(datagram: bytes) -> None:
         assert datagram[:1] == b"\x42" and datagram[2:4] in (b"\0\xc0", b"\0\xc2")
 
 
-# -- channel -----------------------------------------------------------------------------------------
 class Registers:
     """Memory that remembers writes."""
 
@@ -136,7 +134,6 @@ def test_only_the_device_is_heard() -> None:
     assert registers.written[BootstrapRegister.MCP] == 0
 
 
-# -- delivery ----------------------------------------------------------------------------------------
 def test_of_events_beyond_the_limit_the_oldest_are_dropped_with_a_warning(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
@@ -162,7 +159,6 @@ def test_of_events_beyond_the_limit_the_oldest_are_dropped_with_a_warning(
     assert "slow" not in {thread.name for thread in threading.enumerate()}
 
 
-# -- a camera ----------------------------------------------------------------------------------------
 class Listener:
     """An open camera, the events that it sent, and the features that changed with them."""
 

@@ -62,7 +62,6 @@ def opened(name: str = "127.0.0.1", access: Access = Access.CONTROL, **options: 
     return device
 
 
-# -- Aravis ------------------------------------------------------------------------------------------
 @ARAVIS
 @pytest.mark.parametrize("name", ["", "127.0.0.1", "GV01", "gv01"])
 def test_is_found_by_every_name(aravis_camera: Any, name: str) -> None:
@@ -227,7 +226,6 @@ def test_the_same_device_opens_again_after_its_camera_came_back(start_aravis: An
         take.wait_for(3)
 
 
-# -- viva-genicam ------------------------------------------------------------------------------------
 def test_opening_writes_nothing_but_the_privilege(viva_camera: Any) -> None:
     before = viva_camera.writes()
     with closing(opened()) as device:

@@ -45,7 +45,6 @@ def opened(stack: ExitStack, uri: str, access: Access = Access.CONTROL) -> Frame
     return grabber
 
 
-# -- pauses ------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("delay", "bandwidth", "pause"),
     [
@@ -117,7 +116,6 @@ def test_a_bandwidth_bounds_the_rate_at_which_a_frame_comes(simulate: Callable[.
         assert time.monotonic() - begun > 9 * 76_800 / 2e6 * 0.9
 
 
-# -- multicast ---------------------------------------------------------------------------------------
 def test_others_listen_in_addition_to_the_controller(simulate: Callable[..., GigeCamera]) -> None:
     camera = simulate()
     group = f"239.192.{os.getpid() % 250}.7"

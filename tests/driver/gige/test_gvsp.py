@@ -97,7 +97,6 @@ def test_the_bytes_of_a_leader_with_padding() -> None:
     assert Leader.decode(body).payload_bytes == 643 * 480 + 10
 
 
-# -- packets and their bytes -------------------------------------------------------------------------
 # Every number has its highest bit set, so that none is written or read as signed.
 GEOMETRY = (0x80000001, 0x80000002, 0x80000003, 0x80000004, 0x8005, 0x8006)
 GEOMETRY_BYTES = "80000001 80000002 80000003 80000004 8005 8006"

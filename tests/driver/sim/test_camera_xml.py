@@ -178,8 +178,6 @@ def test_a_transport_adds_its_features():
     assert "GevX" in [child.text for child in category]
 
 
-# -- through GenApi ------------------------------------------------------------------------------
-
 CATEGORIES = (
     "DeviceControl",
     "ImageFormatControl",

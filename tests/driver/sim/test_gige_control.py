@@ -87,9 +87,6 @@ def controlled(device):
     return device
 
 
-# -- who the camera is ---------------------------------------------------------------------------
-
-
 def test_discovery_answers_with_the_first_registers(device):
     (out,) = device.channel.receive(encode_discovery(), OTHER, 0.0)
     ack = Ack.decode(out.datagram)
@@ -135,9 +132,6 @@ def test_the_user_name_is_the_same_register_in_both_spaces(controlled):
     controlled.request(WriteMem(0xE8, b"left".ljust(16, b"\0")))
     assert controlled.model.memory.get(reg.DEVICE_USER_ID) == "left"
     assert controlled.request(ReadMem(0xE8, 16)).payload[4:].rstrip(b"\0") == b"left"
-
-
-# -- control -------------------------------------------------------------------------------------
 
 
 def test_only_the_controller_writes(device):
@@ -192,9 +186,6 @@ def test_the_heartbeat_can_be_switched_off(controlled):
     controlled.now += 1000
     controlled.channel.poll(controlled.now)
     assert controlled.value(CCP) == 2
-
-
-# -- registers -----------------------------------------------------------------------------------
 
 
 def test_several_registers_in_one_command(controlled):
@@ -273,9 +264,6 @@ def test_ptp_has_one_switch_in_both_spaces(controlled):
     assert (controlled.value(0x954), controlled.value(0x96C)) == (2, 3)
 
 
-# -- stream settings -----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("asked", "held"), [(1500, 1500), (1502, 1500), (100, 576), (60_000, 9000)])
 def test_packet_sizes_are_rounded_and_bounded(controlled, asked, held):
     controlled.write(SCPS, asked)
@@ -294,9 +282,6 @@ def test_resend_requests_come_from_any_port_and_are_not_acknowledged(controlled)
     request = PacketResend(3, 4, 5)
     assert controlled.channel.receive(request.encode(1), OTHER, 0.0) == []
     assert controlled.resends == [request]
-
-
-# -- force IP, actions, events -------------------------------------------------------------------
 
 
 def test_force_ip_is_for_its_mac_and_not_while_controlled(device):
@@ -377,8 +362,6 @@ def test_an_event_that_nobody_hears_is_given_up(controlled):
     repeats = sum(len(controlled.channel.poll(controlled.now + second)) for second in range(1, 20))
     assert repeats == 3
 
-
-# -- whatever comes ------------------------------------------------------------------------------
 
 _fuzzed = Device()
 _fuzzed.req_id = 5  # that of the commands below: what is asked between them must not look repeated

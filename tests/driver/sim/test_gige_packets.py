@@ -110,9 +110,6 @@ def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size, suppo
                 assert datagram[8:] == block.payload[start : start + block.sizes[index]].tobytes()
 
 
-# -- faults --------------------------------------------------------------------------------------
-
-
 def order(count=100_000, **faults):
     return PacketFaults(GigeFaults(**faults)).order(count)
 

@@ -36,9 +36,6 @@ def refused(bench, register, value):
     return caught.value.reason
 
 
-# -- registers -----------------------------------------------------------------------------------
-
-
 def test_no_register_overlaps_another():
     ordered = sorted(reg.ALL, key=lambda register: register.address)
     assert all(first.end <= second.address for first, second in pairwise(ordered))
@@ -104,9 +101,6 @@ def test_small_images_are_compressed_too(bench, width, height, name):
     assert decoded.dtype == np.uint8 and np.abs(difference).mean() < 8
 
 
-# -- geometry ------------------------------------------------------------------------------------
-
-
 def test_after_power_on_the_middle_of_the_sensor_is_seen(bench):
     assert (bench.get(reg.WIDTH), bench.get(reg.HEIGHT)) == (1224, 1024)
     assert (bench.get(reg.WIDTH_MAX), bench.get(reg.HEIGHT_MAX)) == (4096, 2160)
@@ -146,9 +140,6 @@ def test_the_format_is_locked_while_streaming(bench):
     bench.set(reg.OFFSET_X, 0)
     bench.stop()
     bench.set(reg.WIDTH, 640)
-
-
-# -- cadence -------------------------------------------------------------------------------------
 
 
 def test_frames_come_at_the_rate_asked_for(make_bench):
@@ -223,9 +214,6 @@ def test_single_and_multi_frame_end_by_themselves(make_bench):
         assert bench.get(reg.TL_PARAMS_LOCKED) == 0
 
 
-# -- triggers ------------------------------------------------------------------------------------
-
-
 def test_a_software_trigger_yields_exactly_one_frame(bench):
     bench.set(reg.TRIGGER_MODE[0], 1)
     bench.start()
@@ -272,9 +260,6 @@ def test_an_action_triggers_where_it_is_the_source(bench):
     bench.start()
     assert bench.model.trigger_action(at=30_000_000)
     assert bench.plan().timestamp_ns == 30_000_000
-
-
-# -- automatic modes -----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("start", [20.0, 2_000.0, 29_000.0])
@@ -343,9 +328,6 @@ def test_balance_white_auto_makes_grey_grey(make_bench, name):
     assert bench.get(reg.BALANCE_RATIO[2]) == pytest.approx(1.3, rel=0.03)
 
 
-# -- user sets, reset, clock ---------------------------------------------------------------------
-
-
 def test_user_sets_keep_what_was_saved(bench):
     bench.set(reg.EXPOSURE_TIME, 1234.0)
     bench.set(reg.WIDTH, 640)
@@ -411,9 +393,6 @@ def test_streaming_warms_the_camera(bench):
     bench.clock.advance(300)
     assert idle < 42 < warm < 60
     assert bench.get(reg.DEVICE_TEMPERATURE[0]) < warm - 5
-
-
-# -- chunks and events ---------------------------------------------------------------------------
 
 
 def test_chunks_follow_the_image(make_bench):

@@ -205,9 +205,6 @@ def test_the_default_scene_moves(make_bench):
     assert np.abs(bench.image() - first).max() > 0.05
 
 
-# -- test patterns -------------------------------------------------------------------------------
-
-
 def test_ramps_rise_by_one_and_move_with_the_frame():
     still = draw_pattern(TestPattern.GREY_HORIZONTAL_RAMP, 300, 2, 7, by_name("Mono8"))
     assert still[0, :3].tolist() == [0, 1, 2] and still[1, 256] == 0

@@ -162,7 +162,6 @@ def test_an_incomplete_default_user_set_is_replaced_by_the_factorys():
         camera.close()
 
 
-# -- on a network --------------------------------------------------------------------------------
 @pytest.fixture
 def lossy(monkeypatch):
     """A camera on the loopback that loses one in forty of its acknowledges; they are not awaited for long."""

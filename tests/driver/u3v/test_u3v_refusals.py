@@ -86,7 +86,6 @@ def sirm_pointers(simulated: Any) -> set[int]:
     return {sbrm + Sbrm.SIRM_ADDRESS}
 
 
-# -- the manifest --------------------------------------------------------------------------------
 XML = b"<RegisterDescription>old</RegisterDescription>"
 OTHERS = {
     "a damaged archive": b"PK\3\4" + bytes(40),

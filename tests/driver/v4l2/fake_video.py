@@ -108,7 +108,6 @@ class FakeVideo:
     def set_rate(self, rate: float) -> None:
         self.hz = min((5.0, 10.0, 15.0, 30.0, 60.0), key=lambda known: abs(known - rate))
 
-    # -- buffers -----------------------------------------------------------------------------------
     def begin(self, count: int) -> list[memoryview]:
         self._buffers = [memoryview(bytearray(640 * 480 * 2)) for _ in range(count)]
         self._queued, self.streaming = list(range(count)), True
