@@ -1,6 +1,7 @@
 """Configuration files as YARP writes and finds them; options of `serve`; which addresses are answered."""
 
 import logging
+from dataclasses import fields
 
 import pytest
 from hypothesis import given
@@ -103,6 +104,15 @@ def test_the_command_line_wins():
     )
 
     assert (options.yarp, options.period) == ("/mine", 0.1)
+
+
+def test_a_file_takes_every_option_under_its_name_on_the_command_line(caplog):
+    for option in fields(ServeOptions):
+        text = {"bool": "1", "int": "2", "float": "0.5"}.get(str(option.type), "x")
+        for key in (option.name, option.name.replace("_", "-")):
+            options = ServeOptions().with_file(section(f"{key} {text}"), frozenset(), "camera.ini")
+            assert str(getattr(options, option.name)) in (text, "True"), key
+    assert not caplog.text
 
 
 def test_an_unknown_key_names_the_nearest(caplog):

@@ -228,10 +228,10 @@ class FrameCalibration:
     """The calibration of a frame, in the two forms in which it is passed on."""
 
     image: Calibration
-    "Of the frame itself: fitted to its region and binning."
+    "Calibration of the frame itself: fitted to its region and binning."
     full: Calibration
-    """Of the images that were calibrated, or of the whole sensor without binning: what the matrices of a
-    sensor_msgs/CameraInfo describe."""
+    """Calibration of the images that were calibrated, or of the whole sensor without binning, as described by
+    the matrices of a sensor_msgs/CameraInfo."""
     region: tuple[int, int, int, int] | None = None
     "The frame in the images of `full`: column, row, width, height; None for all of it."
     binning: tuple[int, int] | None = None

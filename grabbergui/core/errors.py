@@ -85,7 +85,7 @@ class AckTimeoutError(TransportError):
     """The device acknowledged neither the request nor its retries."""
 
     addresses: frozenset[str] = frozenset()
-    "Of several devices that were asked, those that did not acknowledge."
+    "The devices that did not acknowledge, if several were asked."
     postponed = False
     "Whether the device had asked for more time."
 

@@ -23,7 +23,7 @@ _MAC = re.compile(r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}")
 SWITCH_WORDS = {
     "1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False,
 }  # fmt: skip
-"What people and files write for a switch, in lower case."
+"Spellings of a switch by users and in files, in lower case."
 
 
 class FeatureKind(Enum):
@@ -58,7 +58,7 @@ class AccessMode(Enum):
 
     @property
     def without_writing(self) -> AccessMode:
-        """What is left of it for those who may not write."""
+        """The access that remains for those who may not write."""
         if not self.writable:
             return self
         return AccessMode.READ_ONLY if self.readable else AccessMode.NOT_AVAILABLE

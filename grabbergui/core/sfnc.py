@@ -26,7 +26,7 @@ FILE_ACCESS = frozenset({
 PLAYBACK_POSITION = "PlaybackPosition"
 """Our own feature of recordings: the frame shown. It moves by itself while the recording plays."""
 EXPOSURE_MODE, TIMED = "ExposureMode", "Timed"
-"What determines the exposure (SFNC, Acquisition Control), and its entry by which ExposureTime does."
+"The feature that selects how exposure is controlled (SFNC), and its entry for control by ExposureTime."
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
 AUTO_CONTINUOUS = "Continuous"

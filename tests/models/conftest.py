@@ -3,7 +3,7 @@
 import threading
 
 import pytest
-from connection_bench import Bench
+from opener_bench import Bench
 from operator_bench import Bench as OperatorBench
 from tuning_stage import PlainCamera, Stage
 

@@ -7,7 +7,7 @@ import weakref
 from dataclasses import replace
 
 import pytest
-from connection_bench import Source
+from opener_bench import Source
 
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.identity import DeviceInfo

@@ -5,7 +5,7 @@ import time
 from dataclasses import replace
 
 import pytest
-from connection_bench import S, Source
+from opener_bench import S, Source
 
 from grabbergui.core.errors import (
     AccessDeniedError,

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from connection_bench import S, Source
+from opener_bench import S, Source
 
 from grabbergui.core.errors import (
     DeviceLostError,
