@@ -114,8 +114,8 @@ def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
 
 
 def test_it_is_among_all_doctor_which_command_and_window_show(folder, monkeypatch):
-    for others in ("check_network", "check_usb", "check_software"):
-        monkeypatch.setattr(doctor, others, lambda: iter(()))
+    for others in ("packages", "network", "usb", "webcams", "software"):
+        monkeypatch.setattr(doctor, f"check_{others}", lambda: iter(()))
     monkeypatch.setattr(doctor, "MEMORY", folder)
     assert [finding.level for finding in doctor.check()] == [Level.NOTE]
 

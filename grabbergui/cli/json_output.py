@@ -144,6 +144,21 @@ JSON_OUTPUT: dict[str, JsonOutput] = {
             "values": "the values in the message, by the names of features",
         },
     ),
+    "rig": JsonOutput(
+        "an object; which of the fields depends on the action",
+        {
+            "sets": "`check`: the sets by completeness, and their skew; `record`: sets written",
+            "clocks": "`check`: the state of each camera's clock",
+            "cameras": "`check`: the stream statistics of each camera",
+            "links": "`budget`: what each link carries, and the share and settings of its cameras",
+            "problems": "`check`, `budget`: sentences; empty if all is well",
+            "dropped": "`record`: sets that came too fast to be written",
+            "seconds": "`record`: from the first set to the last",
+            "bytes": "`record`: size of the recording",
+            "path": "`record`: the recording",
+            "counts": "`record`: the same as `sets` of `check`",
+        },
+    ),
     "trigger-group": JsonOutput(
         "an object",
         {

@@ -56,7 +56,7 @@ def test_a_trajectory_is_read_in_the_order_of_its_message():
         (trajectory((0.1, math.nan)), "finite"),
         (trajectory((0.1, 2.0)), "head_2_joint at 2.000 rad is beyond"),
         (trajectory(velocities=(0.1, 0.0)), "rest"),
-        (trajectory(stamp=(3, 0)), "it ended 5.50 s ago"),
+        (trajectory(stamp=(3, 0)), "it ended 5.5 s ago"),
         (Message(header=stamped(), joint_names=list(HEAD), points=[]), "0 times"),
     ],
 )

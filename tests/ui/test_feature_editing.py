@@ -2,7 +2,6 @@
 
 from panel_harness import A
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.ui.editors.number_editors import FOLLOWING_MS
@@ -109,7 +108,7 @@ def test_favourites_are_there_whatever_the_camera_calls_them(make_panel):
     d = make_panel()
     rows = [d.row(name, d.strip) for name in ("ExposureTime", "Gain", "AcquisitionFrameRateAbs")]
     assert [row.title for row in rows] == ["Exposure", "Gain", "Frame rate"]
-    assert sorted(rows, key=QWidget.x) == rows
+    assert sorted(rows, key=lambda row: (row.y(), row.x())) == rows
     rows[2].editor.field.stepBy(1)
     d.qtbot.waitUntil(lambda: d.written("AcquisitionFrameRateAbs") == [26])
     d.qtbot.waitUntil(lambda: d.row("AcquisitionFrameRateAbs").editor.field.text() == "26")

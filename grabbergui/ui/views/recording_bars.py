@@ -28,6 +28,7 @@ from grabbergui.ui.widgets.labels import ElidedLabel
 
 _OFFERED = (
     RecordingKind.MCAP,
+    RecordingKind.BAG,
     RecordingKind.H264,
     RecordingKind.LOSSLESS,
     RecordingKind.FFV1,
@@ -166,6 +167,7 @@ class RecordingBar(QWidget):
     def _kind_text(self, kind: RecordingKind) -> str:
         return {
             RecordingKind.MCAP: self.tr("ROS 2 messages (MCAP)"),
+            RecordingKind.BAG: self.tr("ROS 2 bag (folder)"),
             RecordingKind.H264: self.tr("Movie (MP4)"),
             RecordingKind.LOSSLESS: self.tr("Movie, lossless (MP4)"),
             RecordingKind.FFV1: self.tr("Movie, lossless up to 16 bits (FFV1)"),
