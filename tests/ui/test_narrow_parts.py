@@ -147,6 +147,7 @@ def test_figures_of_a_recording_are_whole_or_not_there(qtbot):
     assert list(dict.fromkeys(seen)) == [
         "", "00:20.1", "00:20.1 · 206 frames", "00:20.1 · 206 frames · 63 MB",
         "00:20.1 · 206 frames · 63 MB · 75.0 GB free",
+        "00:20.1 · 206 frames · 63 MB · 75.0 GB free · for 7 h",
     ]  # fmt: skip
     assert label.toolTip() == seen[-1]
 

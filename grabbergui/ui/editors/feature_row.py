@@ -25,7 +25,8 @@ from grabbergui.ui.editors.feature_editor import (
     TextEditor,
 )
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
-from grabbergui.ui.shown_text import PlainLabel, set_tooltip
+from grabbergui.ui.shown_text import set_tooltip
+from grabbergui.ui.widgets.labels import WrappedLabel
 
 log = logging.getLogger(__name__)
 
@@ -143,8 +144,7 @@ class FeatureRow(QWidget):
         "Whether the feature cannot be shown."
         self._in_line = False
         "Whether the slider is beside the editor."
-        self._label = PlainLabel(breakable(self.title))
-        self._label.setWordWrap(True)
+        self._label = WrappedLabel(breakable(self.title))
         self._label.setSizePolicy(_column_policy())
         self._label.setCursor(Qt.CursorShape.OpenHandCursor)
         self._drag = RowDrag(self, self.name)

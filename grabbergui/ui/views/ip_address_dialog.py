@@ -44,7 +44,7 @@ class IpAddressDialog(QDialog):
     def setCamera(self, title: str, mac: str, reason: str) -> None:
         """Show which camera it is, and why it needs an address."""
         self.cameraLabel.setText(f"{title} · {mac}")
-        self.reasonLabel.setText(shortened(reason, MOST_REASON))
+        self.reasonLabel.setText(shortened(reason[:1].upper() + reason[1:], MOST_REASON))
         set_tooltip(self.reasonLabel, reason)
 
     def setProposal(self, ip: str, mask: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from PyQt5.QtCore import QEvent, QSize, Qt
@@ -12,6 +13,7 @@ from PyQt5.QtGui import (
     QPainter,
     QPaintEvent,
     QPalette,
+    QResizeEvent,
     QTextLayout,
     QTextOption,
 )
@@ -127,6 +129,38 @@ class ElidedLabel(PlainLabel):
             style.drawItemText(
                 painter, self.rect(), flags, option.palette, enabled, self.shown, self.foregroundRole()
             )
+
+
+_BREAKS = re.compile("(\\s+|\N{ZERO WIDTH SPACE})")
+"Where Qt breaks a text into lines."
+
+
+class WrappedLabel(PlainLabel):
+    """Several lines of plain text. A word that is wider than the label ends in an ellipsis."""
+
+    def __init__(self, text: str = "", parent: QWidget | None = None) -> None:
+        super().__init__(parent=parent)
+        self._whole = text
+        self.setWordWrap(True)
+        super().setText(text)
+
+    def setText(self, text: str | None) -> None:
+        """Show a text."""
+        self._whole = text or ""
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Shorten words for the new width."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        room, metrics = self.contentsRect().width(), self.fontMetrics()
+        parts = _BREAKS.split(self._whole)
+        if self.wordWrap() and room > 0:
+            parts = [metrics.elidedText(part, Qt.TextElideMode.ElideRight, room) for part in parts]
+        if (text := "".join(parts)) != self.text():
+            super().setText(text)
 
 
 class ShrinkingLabel(ElidedLabel):

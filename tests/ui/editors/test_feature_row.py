@@ -12,6 +12,7 @@ from sample_features import AUTO, COMMAND, EXPOSURE, MODE, WIDTH, A, K, R, featu
 from grabbergui.core.features import Feature
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
+from grabbergui.ui.widgets.labels import WrappedLabel
 
 
 @pytest.fixture
@@ -170,3 +171,16 @@ def test_no_range_however_odd_breaks_a_number_that_is_edited(qtbot, odd, keys):
                 qtbot.keyClick(control, key)
     made.close()
     assert not faults
+
+
+def test_a_word_without_room_ends_in_an_ellipsis(qtbot):
+    """A German compound was cut in the middle of a letter."""
+    compound = "Belichtungszeitautomatikobergrenze"
+    label = WrappedLabel(f"Die {compound}")
+    qtbot.addWidget(label)
+    label.resize(90, 60)
+    label.show()
+    first, second = label.text().split(" ")
+    assert first == "Die" and second.endswith("…") and compound.startswith(second[:-1])
+    label.resize(600, 60)
+    assert label.text() == f"Die {compound}"
