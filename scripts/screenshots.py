@@ -157,6 +157,7 @@ app.until(bar.playButton.isVisible)
 
 program.opener.open_additional("sim:")
 program.opener.open_additional("sim:scene?width=608&height=512&fps=10")
+window.resize(1440, 1000)
 app.until(lambda: len(window.gallery.tiles) == 3)
 app.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
 app.until(lambda: not any(tile.stateLabel.text().startswith("0") for tile in window.gallery.tiles))

@@ -180,3 +180,22 @@ def test_a_camera_that_comes_back_has_its_controls_as_they_were_and_true(app):
     connection.open_sources.close(second)
     app.until(lambda: len(window.features._sections) == 1)
     assert not app.errors
+
+
+def test_cameras_side_by_side_share_the_zoom_and_a_click_makes_one_current(app):
+    two_cameras(app)
+    area, canvas = app.window.image.paneArea, app.window.image.canvas
+    next(action for action in app.window.menuPanes.actions() if action.data() == 2).trigger()
+    app.until(lambda: len(area.panes) == 1)
+    ((name, pane),) = area.panes.items()
+    assert "colour" in name and pane.isVisible() and canvas.isVisible()
+    canvas.zoomBy(2)
+    app.until(lambda: pane._box.viewRect().width() < 300)
+    app.qtbot.mouseClick(pane.viewport(), Qt.LeftButton)
+    app.until(lambda: str(app.program.open_sources.current.uri) == COLOUR)
+    app.until(lambda: [name for name in area.panes if "colour" not in name])
+    app.watch()
+    assert not app.window.image.empty and not app.errors
+    app.qtbot.mouseClick(app.window.gallery.tiles[0].closeButton, Qt.LeftButton)
+    app.until(lambda: not area.panes)
+    app.watch()

@@ -126,7 +126,7 @@ class Program(QObject):
         )
         self.address = IpAddressController(window.sources, window, self.source_list)
         self.tiles = GalleryController(
-            window.gallery, self.gallery, open_sources, self.status, self._confirm_closing
+            window.gallery, image, self.gallery, open_sources, self.status, self._confirm_closing
         )
         self.acquisition = AcquisitionController(
             window,
@@ -287,6 +287,7 @@ class Program(QObject):
         window.actionDisconnect.triggered.connect(self.sources.disconnect_current)
         window.actionBeside.triggered.connect(window.sources.requestBeside)
         window.actionNextSource.triggered.connect(self.tiles.take_next)
+        window.panesChosen.connect(self.tiles.show_panes)
         window.actionSearch.triggered.connect(self.source_list.refresh)
         window.actionSnapshotFolder.triggered.connect(self._choose_snapshot_folder)
         window.actionOpenSnapshotFolder.triggered.connect(self._open_snapshot_folder)

@@ -23,6 +23,7 @@ from grabbergui.models.messages import UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
+from grabbergui.ui.widgets.pane_area import PaneArea
 
 NOTHING_BESIDE: Mapping[str, str] = MappingProxyType({})
 
@@ -140,6 +141,25 @@ class ReadoutImageView(DrawableView, LiveImageView, Protocol):
 
     def clear(self) -> None:
         """Show nothing."""
+
+
+class SourcePanesView(Protocol):
+    """The images of several open sources side by side."""
+
+    @property
+    def sourceChosen(self) -> pyqtBoundSignal:
+        """The name of an open source whose image was clicked on."""
+
+    @property
+    def canvas(self) -> ImageCanvas:
+        """The current source's image, whose zoom the others have."""
+
+    @property
+    def paneArea(self) -> PaneArea:
+        """The panes, by the names of their sources."""
+
+    def setSourcesBeside(self, order: Sequence[str], current: str, images: Sequence[ShownImage]) -> None:
+        """Show images of other sources, labelled with their names, beside the current one's; or none."""
 
 
 class ComponentView(Protocol):

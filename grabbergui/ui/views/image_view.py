@@ -56,6 +56,9 @@ class ImageView(QWidget):
     """The label of a component of the frame."""
     sideBySideToggled = pyqtSignal(bool)
 
+    sourceChosen = pyqtSignal(str)
+    """The name of an open source whose image was clicked on."""
+
     canvas: ImageCanvas
     componentBar: QWidget
     componentTabs: QTabBar
@@ -75,6 +78,8 @@ class ImageView(QWidget):
         "The component that is shown."
         self._asked = ""
         "The component that was chosen and is not shown yet."
+        self._sources_beside = False
+        "Whether the panes show other sources, not other components."
         self.note = ImageNote(self)
         self.tasks = TaskStack(self)
         """Work in progress, over the lower edge of the image, which does not move."""
@@ -132,8 +137,19 @@ class ImageView(QWidget):
             self._place_scale()
 
     def setBeside(self, images: Sequence[ShownImage]) -> None:
-        """Show these components beside the image, or none."""
+        """Show these components beside the image, or none; not while there are other sources."""
+        if self._sources_beside:
+            return
         self.paneArea.setImages(self._labels, self._shown, images)
+
+    def setSourcesBeside(self, order: Sequence[str], current: str, images: Sequence[ShownImage]) -> None:
+        """Show images of other open sources beside the current one's, all in this order of their names.
+
+        Their labels are the names. Without images, the current one is alone again.
+        """
+        if images or self._sources_beside:
+            self._sources_beside = bool(images)
+            self.paneArea.setImages(order, current, images)
 
     @property
     def empty(self) -> bool:
@@ -252,7 +268,9 @@ class ImageView(QWidget):
         self.paneArea.setScaleText(text)
 
     def _on_pane_chosen(self, label: str) -> None:
-        if label in self._labels:
+        if self._sources_beside:
+            self.sourceChosen.emit(label)
+        elif label in self._labels:
             self.componentTabs.setCurrentIndex(self._labels.index(label))
 
     def _on_tab_changed(self, index: int) -> None:

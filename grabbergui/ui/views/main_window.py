@@ -53,6 +53,8 @@ ARRANGEMENT = b"\narrangement of the panels: "
 LEAST_SIZE = QSize(640, 360)
 "Least size of the window in pixels. Its panels are arranged for any larger size."
 
+PANES = (1, 2, 4, 6)
+"Numbers of cameras that can be shown side by side."
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
 
@@ -71,6 +73,8 @@ class MainWindow(QMainWindow):
     themeChosen = pyqtSignal(Theme)
     colourMapChosen = pyqtSignal(str)
     """The name of a colour map for monochrome images; empty for grey."""
+    panesChosen = pyqtSignal(int)
+    """How many cameras to show side by side; 1 is the current one alone."""
     polarisedViewChosen = pyqtSignal(object)
     """The `PolarisedView` of a polarised mosaic."""
 
@@ -100,6 +104,7 @@ class MainWindow(QMainWindow):
     menuView: QMenu
     menuColours: QMenu
     menuPolarised: QMenu
+    menuPanes: QMenu
     actionUndo: QAction
     actionRedo: QAction
     actionConnect: QAction
@@ -196,6 +201,7 @@ class MainWindow(QMainWindow):
         self._group_themes()
         self._group_colours()
         self._group_polarised_views()
+        self._group_panes()
         self._join_own_actions()
         self._keep_bare_keys_to_image()
         self._explain_shortcuts()
@@ -333,6 +339,16 @@ class MainWindow(QMainWindow):
             self._colour_maps[name] = action
         self.menuColours.addActions(group.actions())
         group.triggered.connect(lambda action: self.colourMapChosen.emit(action.data()))
+
+    def _group_panes(self) -> None:
+        group = QActionGroup(self)
+        for count in PANES:
+            action = QAction(self.tr("&{0}").format(count), group)
+            action.setCheckable(True)
+            action.setChecked(count == 1)
+            action.setData(count)
+        self.menuPanes.addActions(group.actions())
+        group.triggered.connect(lambda action: self.panesChosen.emit(action.data()))
 
     def setColourMap(self, name: str) -> None:
         """Mark the colours of the component that is shown."""
