@@ -27,6 +27,15 @@ from grabbergui.servo.motion import DRIVES_S, STOPPING_S, MotionPlan, Observer, 
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
 log = logging.getLogger(__name__)
+LEAD_S = 0.1
+"Seconds by which streamed positions are ahead of the robot; it moves for no longer without another."
+HEAD_STOPS_S = 0.05
+"Seconds in which the head would reach a joint's limit at the highest speed that it may have there."
+MOST_STEP = math.radians(10)
+"The largest relative move of the head."
+_WATCH_S = 0.02
+HERE = "this computer"
+"Where a stop was pressed: in the window, or on the keyboard."
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +68,6 @@ class Command:
     def moves(self) -> bool:
         """Whether anything is to move."""
         return bool(np.any(self.head) or np.any(self.hand) or self.head_step is not None)
-
-
-LEAD_S = 0.1
-"Seconds by which streamed positions are ahead of the robot; it moves for no longer without another."
-HEAD_STOPS_S = 0.05
-"Seconds in which the head would reach a joint's limit at the highest speed that it may have there."
-MOST_STEP = math.radians(10)
-"The largest relative move of the head."
-_WATCH_S = 0.02
-HERE = "this computer"
-"Where a stop was pressed: in the window, or on the keyboard."
 
 
 class CommandGate:

@@ -32,6 +32,8 @@ _NOISY = 3
 _RESTING = math.radians(0.5)
 "Largest motion of a joint of a head at rest: readings scatter."
 REPEATS = "the camera repeats its image"
+AGREE_S = 2.0
+"Seconds between a sender's stamp and the arrival, up to which the stamp is of the same clock."
 
 
 class ImageWatch:
@@ -91,10 +93,6 @@ def _rests(before: Vector | None, now: Vector | None) -> bool:
 def _region_text(region: tuple[int, int, int, int]) -> str:
     width, height, x, y = region
     return f"{width}×{height} at ({x}, {y})"
-
-
-AGREE_S = 2.0
-"Seconds between a sender's stamp and the arrival, up to which the stamp is of the same clock."
 
 
 class SenderStamps:

@@ -34,6 +34,8 @@ HEAD_SIZE = (0.19, 0.25, 0.2)
 "Assumed size of a head, metres: only its place is measured."
 
 log = logging.getLogger(__name__)
+_Thing = tuple[str, Pose, tuple[float, float, float], "NDArray[np.float64] | None"]
+"Name, pose, size in metres, and the pose's covariance, None if it is not known."
 
 
 class Ros2Publisher:
@@ -188,10 +190,6 @@ def markers_array(sighting: Sighting, extent: tuple[float, float]) -> Any:
     return _array(
         [(str(m.marker_id), m.pose, flat, m.covariance) for m in sighting.markers if m.pose is not None]
     )
-
-
-_Thing = tuple[str, Pose, tuple[float, float, float], "NDArray[np.float64] | None"]
-"Name, pose, size in metres, and the pose's covariance, None if it is not known."
 
 
 def _array(things: Sequence[_Thing]) -> Any:

@@ -25,7 +25,7 @@ from grabbergui.core.frame import FrameStatus
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered_scene import Things, at, board_pose
 from grabbergui.recording.movie_writer import MovieFile
-from grabbergui.servo import closed_loop, report
+from grabbergui.servo import closed_loop, plot_image, report
 from grabbergui.servo.cli import servo as command
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
@@ -326,7 +326,7 @@ def test_the_report_of_a_run(tmp_path):
     assert json.loads((tmp_path / "out/report.json").read_text())["true_error_mm"] is None
     assert written["seconds_to_reach"] > written["seconds_to_approach"]
     image = cv2.imread(str(tmp_path / "out/plots.png"))
-    assert image.shape == (4 * report.HEIGHT + report.LEGEND, report.WIDTH, 3)
+    assert image.shape == (4 * plot_image.HEIGHT + plot_image.LEGEND, plot_image.WIDTH, 3)
 
 
 def test_a_disk_that_is_full_costs_the_video_and_neither_run_nor_report(tmp_path, monkeypatch, caplog):
@@ -404,7 +404,7 @@ def test_a_report_that_cannot_be_written_is_refused(tmp_path):
 
 def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
     values = [0.0] * 50 + [math.nan] * 50 + [10.0] * 50
-    image = report.sheet([report.Plot("t", "u", (report.Curve("c", values),))], range(150), [])
+    image = plot_image.sheet([plot_image.Plot("t", "u", (plot_image.Curve("c", values),))], range(150), [])
     red = image[30:190, :, 0].astype(int) - image[30:190, :, 1] > 60
     columns = red.any(axis=0)
     assert columns[80:350].mean() > 0.9
@@ -415,9 +415,15 @@ def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
 
 def test_the_bands_colours_are_explained_once_each():
     red, blue = (230, 30, 30), (30, 30, 230)
-    bands = [report.Band(0, "lost", red), report.Band(50, "found", blue), report.Band(100, "lost", red)]
-    image = report.sheet([report.Plot("t", "u", (report.Curve("c", [0.0] * 150),))], range(150), bands)
-    above, below = image[100], image[report.HEIGHT + 10]
+    bands = [
+        plot_image.Band(0, "lost", red),
+        plot_image.Band(50, "found", blue),
+        plot_image.Band(100, "lost", red),
+    ]
+    image = plot_image.sheet(
+        [plot_image.Plot("t", "u", (plot_image.Curve("c", [0.0] * 150),))], range(150), bands
+    )
+    above, below = image[100], image[plot_image.HEIGHT + 10]
     for band in bands:
         shown = above[200 if band.name == "lost" else 500]
         place = np.flatnonzero((below == shown).all(axis=1))
@@ -427,7 +433,7 @@ def test_the_bands_colours_are_explained_once_each():
 
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (-3, 250), (0.001, 0.0012), (5, 5)])
 def test_ticks_are_round_and_few(low, high):
-    marks = report.ticks(low, high)
+    marks = plot_image.ticks(low, high)
     assert 1 <= len(marks) <= 6
     assert all(low - 1e-9 <= mark <= high + 1e-9 for mark in marks)
 

@@ -38,6 +38,8 @@ log = logging.getLogger(__name__)
 EXIT_NOT_REACHED = 1
 KEYBOARD_PERIOD = 0.1
 "Seconds between checks of the keyboard, and of a request to end."
+_KEYS = "Enter stops the robot, r resumes, q ends"
+_NO_KEYS = "the keyboard does not stop the robot: standard input is not used, or no terminal"
 
 
 def add_commands(commands: Any) -> None:
@@ -281,10 +283,6 @@ class _Outcome:
     def fail(self, reason: str) -> None:
         """Remember why the loop ended, or did not let the robot move."""
         self.failure = reason
-
-
-_KEYS = "Enter stops the robot, r resumes, q ends"
-_NO_KEYS = "the keyboard does not stop the robot: standard input is not used, or no terminal"
 
 
 def _check_stop(options: argparse.Namespace) -> None:

@@ -35,6 +35,8 @@ SILENCE_S = 0.2
 
 Seen = Callable[[Frame, "MarkerDetection | None"], object]
 "Gets each whole frame and the target in it, None if it is not visible; on the watch's thread."
+Cameras = Callable[[str, MarkerConfig], FrameGrabber]
+"Returns the open camera that sees a target for an entry of `hand_eye_run.EYES`."
 
 
 class TargetWatch:
@@ -150,10 +152,6 @@ class TargetWatch:
 
 def _no_frame() -> str:
     return f"no image arrived within {FRAME_S:g} s: check camera and cable"
-
-
-Cameras = Callable[[str, MarkerConfig], FrameGrabber]
-"Returns the open camera that sees a target for an entry of `hand_eye_run.EYES`."
 
 
 @dataclass(eq=False)

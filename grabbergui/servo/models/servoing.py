@@ -31,6 +31,21 @@ from grabbergui.servo.motion import limits_of
 from grabbergui.servo.state_machine import State
 
 log = logging.getLogger(__name__)
+PERIOD = 0.04
+"Least seconds between two views."
+PATIENCE = 0.1
+"Seconds without an image after which a cycle is shown without one."
+TAKE_WAIT = 0.5
+"Seconds to wait for the window; a hidden window takes no views."
+CURVE_SECONDS = 20.0
+CURVE_RATE = 50.0
+"Points per second that are kept of the curves."
+SPEED_READINGS = 6
+"Readings over which the hand's speed is computed: a tenth of a second."
+ENTRIES = 200
+"Most entries in the history of states."
+_COLUMNS = 9
+"Time, error (m, rad), twist (m/s, rad/s)."
 
 
 @dataclass(frozen=True)
@@ -66,23 +81,6 @@ class Tuning:
             arm=replace(config.arm, gain=self.arm_gain, fastest=self.arm_fastest * 1e-3),
             loop=replace(config.loop, rate=self.rate, speed=1e-2 * self.speed),
         )
-
-
-PERIOD = 0.04
-"Least seconds between two views."
-PATIENCE = 0.1
-"Seconds without an image after which a cycle is shown without one."
-TAKE_WAIT = 0.5
-"Seconds to wait for the window; a hidden window takes no views."
-CURVE_SECONDS = 20.0
-CURVE_RATE = 50.0
-"Points per second that are kept of the curves."
-SPEED_READINGS = 6
-"Readings over which the hand's speed is computed: a tenth of a second."
-ENTRIES = 200
-"Most entries in the history of states."
-_COLUMNS = 9
-"Time, error (m, rad), twist (m/s, rad/s)."
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,6 +33,7 @@ MASTER_TWIST = np.array([0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
 X_AXIS = np.array([1.0, 0.0, 0.0])
 STRANGER_PERIOD = 0.005
 "Seconds between two messages of a stranger."
+Image = TypeVar("Image")
 
 
 class Faults:
@@ -135,9 +136,6 @@ class Faults:
         joint = int(np.argmax(reach))
         arm[joint] += metres / reach[joint] if metres < FAR else metres
         return replace(true, arm=arm, hand=chain.forward(arm))
-
-
-Image = TypeVar("Image")
 
 
 class ImageFaults(Generic[Image]):

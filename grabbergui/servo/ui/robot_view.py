@@ -27,6 +27,13 @@ NEAREST, FARTHEST = 0.4, 12.0
 "Metres from the eye to the centre of its orbit."
 FOCAL = 2.5
 "Focal length of the eye, as a multiple of the view's shorter side."
+RADIANS_PER_PIXEL = 0.008
+TRAIL = 400
+"Places of the hand in its trail: some ten seconds."
+TRAIL_STEP = 0.002
+"Metres that the hand must move for the next place."
+_AXIS_M, _SIGHT_M, _FLOOR_M, _TILE_M, _ASIDE_M = 0.10, 0.22, -0.35, 0.25, 0.75
+_EDGES = ((0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 
 
 @dataclass(frozen=True)
@@ -87,15 +94,6 @@ class Orbit:
         """The same of a line through points (n, 3)."""
         array = np.asarray(points, np.float64)
         return self.segments(np.stack((array[:-1], array[1:]), axis=1), width, height)
-
-
-RADIANS_PER_PIXEL = 0.008
-TRAIL = 400
-"Places of the hand in its trail: some ten seconds."
-TRAIL_STEP = 0.002
-"Metres that the hand must move for the next place."
-_AXIS_M, _SIGHT_M, _FLOOR_M, _TILE_M, _ASIDE_M = 0.10, 0.22, -0.35, 0.25, 0.75
-_EDGES = ((0, 1), (1, 3), (3, 2), (2, 0), (4, 5), (5, 7), (7, 6), (6, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 
 
 class RobotView(QWidget):

@@ -47,6 +47,9 @@ _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State
 _APART = (State.FOLLOWING, State.STUCK, State.LOST, State.STOPPED)
 "States that any other may lead to."
 _GAP, _ARROW, _PADDING = 6.0, 16.0, 11.0
+STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
+MOST_ENTRIES = 1000
+"Most lines of the history; beyond, the oldest are removed."
 
 
 class StateStrip(QWidget):
@@ -192,11 +195,6 @@ def _text_on(colour: QColor) -> QColor:
     """Black or white, whichever is read better on a colour."""
     luminance = 0.299 * colour.red() + 0.587 * colour.green() + 0.114 * colour.blue()
     return QColor("black") if luminance > 120 else QColor("white")
-
-
-STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
-MOST_ENTRIES = 1000
-"Most lines of the history; beyond, the oldest are removed."
 
 
 class ServoWindow(QWidget):
