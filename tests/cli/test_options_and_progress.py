@@ -86,8 +86,10 @@ def test_progress_is_shown_on_a_terminal_only(
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
     written = on_terminal(*command)
     assert shown in written and written.endswith("\r\033[K")
+    if command[0] != "record":
+        return
     monkeypatch.chdir(tmp_path.parent)
-    (tmp_path.parent / "LUTLuminance").unlink(missing_ok=True)
+    (tmp_path.parent / "run.mcap").unlink(missing_ok=True)
     piped = subprocess.run(
         [sys.executable, "-m", "grabbergui", *command], capture_output=True, text=True, timeout=PROGRAM
     )
