@@ -185,6 +185,17 @@ app.until(lambda: len(window.image.paneArea.panes) == 2)
 app.wait(0.5)
 take("side-by-side", window.image)
 
+rig = Path(tempfile.mkdtemp()) / "stereo.yaml"
+eyes = {name: f"sim:colour?serial={name}&width=608&height=512" for name in ("left", "right")}
+rig.write_text(f"cameras: {eyes}\ntrigger: {{by: software, rate: 10}}\n")
+app.open(f"rig:{rig}")
+app.until(lambda: window.image.componentTabs.count() == 2)
+window.image.sideBySideBox.setChecked(True)
+app.until(lambda: len(window.image.paneArea.panes) == 1)
+app.wait(2)
+take("rig", window)
+app.open("sim:")
+
 window.actionLookUpTable.trigger()
 app.until(lambda: program.lut.dialog is not None)
 program.lut.dialog.gammaBox.setValue(0.45)

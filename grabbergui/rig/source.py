@@ -29,9 +29,11 @@ def create(uri: SourceUri) -> FrameGrabber:
     if path.suffix.lower() in RECORDINGS:
         from grabbergui.rig.recording import RigPlayback
 
-        info = DeviceInfo(str(uri), "Recording", model=path.name, bus="File", address=str(path))
+        info = DeviceInfo(
+            str(uri), "Recording", model=path.name, bus="File", address=str(path), user_name=path.name
+        )
         return RigPlayback(info, path, options)
-    info = DeviceInfo(uri=str(uri), bus="Rig", model=path.stem, address=str(path))
+    info = DeviceInfo(str(uri), model="Rig", bus="Rig", address=str(path), user_name=path.stem)
     return of_entry(rig_file.read(path), info)
 
 
