@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from enum import Enum
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -33,22 +34,40 @@ class SnapshotError(GrabberError):
     """A file could not be written."""
 
 
-def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = None) -> Path:
+class SnapshotKind(Enum):
+    """The kind of files of snapshots."""
+
+    USUAL = "usual"
+    "PNG for 8 bits, TIFF for more."
+    TIFF = "tiff"
+    "TIFF for all: the sensor's values, a Bayer pattern unconverted."
+    RAW = "raw"
+    "The payload's bytes, with a description in a .json file."
+
+
+def save(
+    frame: Frame,
+    folder: Path,
+    info: DeviceInfo,
+    moment: float | None = None,
+    kind: SnapshotKind = SnapshotKind.USUAL,
+) -> Path:
     """Write a frame into a folder, which is created if necessary, and return the file's path.
 
     8-bit formats are saved as PNG (Bayer and YUV in colour), deeper ones as TIFF with the sensor's values in
     the low bits (a Bayer pattern unconverted). A format that no image file can hold, or of unknown layout, is
     saved as its payload bytes (`.raw`) with a description in a `.json` file. Each component of a frame is
-    saved in a file; all but the frame's own image have their kind in the name (`_range.tiff`). No file is
-    overwritten. `moment` is in seconds since the epoch, by default the frame's. Raises SnapshotError.
+    saved in a file; all but the frame's own image have their kind in the name (`_range.tiff`). Another `kind`
+    of file may be chosen; a format that TIFF cannot hold is saved as `.raw` then. No file is overwritten.
+    `moment` is in seconds since the epoch, by default the frame's. Raises SnapshotError.
     """
     moment = _moment(frame, moment)
     stem = _stem(info, moment)
     with _folder_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
         for name, part in further_components(frame.parts):
-            _save_image(frame.of_component(part), folder, f"{stem}_{name}", info, moment)
-        return _save_image(frame, folder, stem, info, moment)
+            _save_image(frame.of_component(part), folder, f"{stem}_{name}", info, moment, kind)
+        return _save_image(frame, folder, stem, info, moment, kind)
 
 
 def save_points(
@@ -74,9 +93,11 @@ class SnapshotWriter:
         self._threads: list[threading.Thread] = []
         self._order = threading.Lock()
 
-    def save(self, frame: Frame, folder: Path, info: DeviceInfo) -> None:
+    def save(
+        self, frame: Frame, folder: Path, info: DeviceInfo, kind: SnapshotKind = SnapshotKind.USUAL
+    ) -> None:
         """Save a frame on another thread. Never waits."""
-        self._begin(lambda: save(frame, folder, info))
+        self._begin(lambda: save(frame, folder, info, kind=kind))
 
     def save_points(self, frame: Frame, folder: Path, info: DeviceInfo, scan: Scan3d) -> None:
         """Save the point cloud of a frame on another thread. Never waits."""
@@ -120,9 +141,13 @@ def _folder_errors(folder: Path) -> Iterator[None]:
         ) from error
 
 
-def _save_image(frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment: float) -> Path:
+def _save_image(
+    frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment: float, kind: SnapshotKind
+) -> Path:
     try:
-        suffix, content = _encoded(frame)
+        if kind is SnapshotKind.RAW:
+            raise PixelFormatError("the payload itself was asked for")
+        suffix, content = _as_tiff(frame) if kind is SnapshotKind.TIFF else _encoded(frame)
     except PixelFormatError:
         path = _write_new(folder, stem, ".raw", frame.payload.tobytes())
         path.with_suffix(".json").write_text(to_json(_particulars(frame, info, moment), indent=2) + "\n")
@@ -147,6 +172,17 @@ def _encoded(frame: Frame) -> tuple[str, bytes]:
     if family is Family.MONO:
         return ".png", _encode(".png", frame.mono())
     return ".png", _encode(".png", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))
+
+
+def _as_tiff(frame: Frame) -> tuple[str, bytes]:
+    """Return the suffix and content of a TIFF with the sensor's values. Raises PixelFormatError."""
+    raw = frame.raw()
+    if raw.dtype == np.uint8 and raw.ndim == 2:
+        return ".tiff", _encode(".tiff", raw)
+    suffix, content = _encoded(frame)
+    if suffix == ".tiff":
+        return suffix, content
+    return ".tiff", _encode(".tiff", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))
 
 
 def _encode(suffix: str, pixels: NDArray[Any]) -> bytes:

@@ -13,6 +13,7 @@ from PyQt5.QtCore import (
 )
 
 from grabbergui.core.identity import DeviceInfo
+from grabbergui.recording.snapshot import SnapshotKind
 from grabbergui.ui.theme import Theme
 
 MOST_RECENT = 10
@@ -133,6 +134,18 @@ class Preferences:
     @snapshot_folder.setter
     def snapshot_folder(self, folder: Path) -> None:
         self._set("snapshots/folder", str(folder))
+
+    @property
+    def snapshot_kind(self) -> SnapshotKind:
+        """The kind of files of snapshots."""
+        try:
+            return SnapshotKind(self._get("snapshots/kind"))
+        except ValueError:
+            return SnapshotKind.USUAL
+
+    @snapshot_kind.setter
+    def snapshot_kind(self, kind: SnapshotKind) -> None:
+        self._set("snapshots/kind", kind.value)
 
     @property
     def theme(self) -> Theme:

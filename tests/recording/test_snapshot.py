@@ -12,7 +12,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
-from grabbergui.recording.snapshot import SnapshotWriter, save
+from grabbergui.recording.snapshot import SnapshotKind, SnapshotWriter, save
 from patience import PATIENCE
 
 INFO = DeviceInfo("gige:GV01", vendor="Acme", model="One/2 µ", serial="GV01")
@@ -124,3 +124,27 @@ def test_the_writer_saves_in_the_background_and_reports(tmp_path):
     assert writer.wait(PATIENCE)
     assert [path.parent for path in saved] == [tmp_path]
     assert len(failed) == 1
+
+
+@pytest.mark.parametrize("name", ["Mono8", "BayerRG8", "Mono12", "BayerRG12p"])
+def test_as_tiff_every_format_has_the_sensors_values(tmp_path, name):
+    frame = random_frame(name)
+    path = save(frame, tmp_path, INFO, MOMENT, SnapshotKind.TIFF)
+    assert path.suffix == ".tiff"
+    assert np.array_equal(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), frame.raw())
+
+
+@pytest.mark.parametrize("name", ["RGB8", "BGR8", "YUV422_8"])
+def test_as_tiff_colour_is_as_it_is_seen(tmp_path, name):
+    frame = random_frame(name)
+    path = save(frame, tmp_path, INFO, MOMENT, SnapshotKind.TIFF)
+    assert path.suffix == ".tiff"
+    assert np.array_equal(cv2.cvtColor(cv2.imread(str(path)), cv2.COLOR_BGR2RGB), frame.rgb())
+
+
+def test_as_raw_a_frame_is_its_payload_with_a_description(tmp_path):
+    frame = random_frame("BayerRG12p")
+    path = save(frame, tmp_path, INFO, MOMENT, SnapshotKind.RAW)
+    assert path.suffix == ".raw" and path.read_bytes() == frame.payload.tobytes()
+    described = json.loads(path.with_suffix(".json").read_text())
+    assert (described["pixel_format"], described["width"]) == ("BayerRG12p", 34)

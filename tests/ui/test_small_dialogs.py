@@ -7,6 +7,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.driver.gige import address_commands
+from grabbergui.recording.snapshot import SnapshotKind
 from patience import PATIENCE
 
 CAMERA = DeviceInfo(
@@ -90,3 +91,13 @@ def test_a_camera_that_is_reachable_has_its_address_as_the_reason(dialog):
     shown.closeButton.click()
     app.window.sources.addressRequested.emit(replace(CAMERA, note=""))
     assert app.program.address.dialog.reasonLabel.text() == "Its address is 10.0.0.7."
+
+
+def test_snapshots_are_of_the_chosen_kind(make_app):
+    app = make_app()
+    app.connect("sim:?width=64&height=48&fps=30")
+    app.watch()
+    app.program.snapshot_kind.actions[SnapshotKind.RAW].trigger()
+    app.window.actionSnapshot.trigger()
+    folder = app.preferences.snapshot_folder
+    app.until(lambda: {path.suffix for path in folder.glob("*")} == {".raw", ".json"})

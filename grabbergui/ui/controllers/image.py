@@ -109,7 +109,9 @@ class AcquisitionController(QObject):
         if frame is None or source is None or source.grabber is None:
             self._messages.error(self.tr("there is no frame to save yet; start the camera first"))
             return
-        self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
+        preferences = self._preferences
+        folder, kind = preferences.snapshot_folder, preferences.snapshot_kind
+        self._snapshots.save(frame, folder, source.grabber.info, kind)
 
     def save_points(self) -> None:
         """Save the points of the newest frame in the snapshot folder."""

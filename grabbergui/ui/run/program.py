@@ -52,6 +52,7 @@ from grabbergui.ui.controllers.recording import PauseController, PlaybackControl
 from grabbergui.ui.controllers.report import ReportController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sharing import SharingController
+from grabbergui.ui.controllers.snapshot_kind import SnapshotKindController
 from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
@@ -150,6 +151,7 @@ class Program(QObject):
         self.lut = LutController(window.actionLookUpTable, window, files, open_sources, self.work, messages)
         self.display = DisplayController(window, image, window.histogram, open_sources, self.image, self)
         self.components = ComponentController(window, image, window.histogram, open_sources, self.image, self)
+        self.snapshot_kind = SnapshotKindController(window.menuSnapshotKind, preferences)
         self.frame_data = FrameDataController(window.actionFrameData, window, self.image)
         self.points = PointCloudController(window.actionShowPoints, window, self.image, self)
         self.measures = MeasuringController(

@@ -103,6 +103,7 @@ class MainWindow(QMainWindow):
     menubar: QMenuBar
     menuView: QMenu
     menuColours: QMenu
+    menuSnapshotKind: QMenu
     menuPolarised: QMenu
     menuPanes: QMenu
     actionUndo: QAction
