@@ -22,13 +22,13 @@ def rows_of(datagrams: list[bytes]) -> NDArray[np.uint8]:
     return np.frombuffer(b"".join(datagrams), np.uint8).reshape(len(datagrams), -1)
 
 
-def stretches(datagrams: list[bytes]) -> list[NDArray[np.uint8]]:
+def runs(datagrams: list[bytes]) -> list[NDArray[np.uint8]]:
     """Datagrams as a source gives them: those of equal length that follow each other together."""
     return [rows_of(list(group)) for _, group in itertools.groupby(datagrams, len)]
 
 
 def feed_rows(bench: Bench, datagrams: list[bytes]) -> list:  # type: ignore[type-arg]
-    for rows in stretches(datagrams):
+    for rows in runs(datagrams):
         bench.assembler.receive_rows(rows, bench.now)
     return bench.tick()
 

@@ -17,7 +17,7 @@ from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream import socket_group
 from grabbergui.driver.gige.stream.batch_source import BatchSource
 from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
-from grabbergui.driver.gige.stream.socket_group import MEMBERS, stretch_bits, widen
+from grabbergui.driver.gige.stream.socket_group import MEMBERS, run_bits, widen
 from grabbergui.driver.gige.stream.sockets import buffer_bytes
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="sockets that share a port are Linux's")
@@ -60,10 +60,10 @@ def drain(source: BatchSource, bench: Bench) -> list:  # type: ignore[type-arg]
 
 @pytest.mark.parametrize("extended", [False, True])
 def test_stretches_of_packets_alternate_between_the_sockets(port: Port, extended: bool) -> None:
-    stretch = 1 << stretch_bits(buffer_bytes(port.receiver), 1400)
+    run = 1 << run_bits(buffer_bytes(port.receiver), 1400)
     more = widen(port.receiver, WANTED, 1400)
     assert len(more) == MEMBERS - 1
-    wanted = [0, 1, stretch - 1, stretch, 2 * stretch, stretch * MEMBERS - 1, stretch * MEMBERS]
+    wanted = [0, 1, run - 1, run, 2 * run, run * MEMBERS - 1, run * MEMBERS]
     with ExitStack() as stack:
         members = [port.receiver, *(stack.enter_context(member) for member in more)]
         for each in wanted:
@@ -81,7 +81,7 @@ def test_stretches_of_packets_alternate_between_the_sockets(port: Port, extended
                     assert index == 0, "a datagram that is too short goes to the first socket"
                 else:
                     found.append((PacketHeader.decode(datagram).packet_id, index))
-    assert sorted(found) == [(each, each // stretch % MEMBERS) for each in wanted]
+    assert sorted(found) == [(each, each // run % MEMBERS) for each in wanted]
 
 
 def long_block(stride: int, packets: int, *, extended: bool = False) -> list[bytes]:
@@ -118,7 +118,7 @@ def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
 
 def test_packets_of_several_sockets_are_taken_at_once(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
     stride, packets = 100, 60
-    assert packets > 4 << stretch_bits(buffer_bytes(port.receiver), stride), "they lie in several sockets"
+    assert packets > 4 << run_bits(buffer_bytes(port.receiver), stride), "they lie in several sockets"
     bench = Bench(payload_size=stride * packets, stride=stride, buffers=8)
     batches: list[int] = []
     receive_rows = bench.assembler.receive_rows
@@ -171,5 +171,5 @@ def test_a_system_that_cannot_leaves_one_socket(port: Port, monkeypatch: pytest.
 
 
 def test_a_stretch_is_half_of_what_a_socket_holds() -> None:
-    assert [1 << stretch_bits(425_984, size) for size in (576, 1400, 8164, 65_000)] == [64, 64, 16, 2]
-    assert stretch_bits(2304, 9000) == 0
+    assert [1 << run_bits(425_984, size) for size in (576, 1400, 8164, 65_000)] == [64, 64, 16, 2]
+    assert run_bits(2304, 9000) == 0

@@ -226,21 +226,21 @@ class BatchSource(DatagramSource):
         return now, emptied
 
     def _take_held(self, assembler: BlockAssembler, now: float) -> None:
-        """Give the packets in the slots to the assembler, stretches of datagrams of equal length at once."""
+        """Give the packets in the slots to the assembler, runs of datagrams of equal length at once."""
         received, self._held = self._held, 0
         if not received:
             return
-        for stretch in self._slots.stretches(received, now):
-            if stretch.length == FOREIGN:
-                assembler.ignore(stretch.end - stretch.begin)
+        for run in self._slots.runs(received, now):
+            if run.length == FOREIGN:
+                assembler.ignore(run.end - run.begin)
                 continue
-            rows = self._slots.rows(stretch)
+            rows = self._slots.rows(run)
             if rows is not None:
                 assembler.receive_rows(rows.array, now, rows.at)
                 continue
-            for slot in range(stretch.begin, stretch.end):
-                datagram = self._slots.datagram(slot, stretch.length)
-                hand_over_joined(assembler, datagram, stretch.packet_length, now)
+            for slot in range(run.begin, run.end):
+                datagram = self._slots.datagram(slot, run.length)
+                hand_over_joined(assembler, datagram, run.packet_length, now)
         longest = self._slots.fit(received)
         self._between_blocks = longest < LONG or not assembler.block_in_progress
         self._usual_length = max(self._usual_length, longest)

@@ -80,7 +80,7 @@ def join_packets(receiver: socket.socket) -> bool:
     return True
 
 
-class Stretch(NamedTuple):
+class SlotRun(NamedTuple):
     """Neighbouring slots that hold datagrams of one kind."""
 
     begin: int
@@ -154,8 +154,8 @@ class MessageSlots:
         finally:
             self._messages["iov_length"] = 2
 
-    def stretches(self, received: int, now: float) -> list[Stretch]:
-        """Divide the first `received` slots into stretches. `now` in seconds of any clock."""
+    def runs(self, received: int, now: float) -> list[SlotRun]:
+        """Divide the first `received` slots into runs. `now` in seconds of any clock."""
         if received <= FEW:
             return [self._single(slot, now) for slot in range(received)]
         kinds = self._lengths[:received].astype(np.int64)
@@ -170,36 +170,36 @@ class MessageSlots:
         if not foreign.all():
             self._origin.heard = True
         breaks = ((kinds[1:] != kinds[:-1]).nonzero()[0] + 1).tolist()
-        found: list[Stretch] = []
+        found: list[SlotRun] = []
         for begin, end in zip([0, *breaks], [*breaks, received], strict=True):
-            stretch = self._stretch(begin, end, int(kinds[begin]))
-            if found and stretch.length == WHOLE and found[-1][2:] == stretch[2:]:
+            run = self._run_of(begin, end, int(kinds[begin]))
+            if found and run.length == WHOLE and found[-1][2:] == run[2:]:
                 found[-1] = found[-1]._replace(end=end)
             else:
-                found.append(stretch)
+                found.append(run)
         return found
 
-    def _single(self, slot: int, now: float) -> Stretch:
-        """Return one slot as a stretch, without arrays."""
+    def _single(self, slot: int, now: float) -> SlotRun:
+        """Return one slot as a run, without arrays."""
         length = self._lengths.item(slot)
         key = self._sources.item(slot)
         if key != self._origin.key and not self._origin.learn([key], now):
-            return Stretch(slot, slot + 1, FOREIGN, 0)
+            return SlotRun(slot, slot + 1, FOREIGN, 0)
         self._origin.heard = True
         joined = self._packet_lengths.item(slot) if self._control_lengths.item(slot) else length
-        return Stretch(slot, slot + 1, length, joined)
+        return SlotRun(slot, slot + 1, length, joined)
 
-    def _stretch(self, begin: int, end: int, kind: int) -> Stretch:
+    def _run_of(self, begin: int, end: int, kind: int) -> SlotRun:
         if kind == FOREIGN:
-            return Stretch(begin, end, FOREIGN, 0)
+            return SlotRun(begin, end, FOREIGN, 0)
         length = kind & LENGTH_MASK
         packet_length = kind >> LENGTH_BITS or length
         whole = 0 < length <= self._pitch and length % packet_length == 0 == self._pitch % packet_length
-        return Stretch(begin, end, WHOLE if whole else length, packet_length)
+        return SlotRun(begin, end, WHOLE if whole else length, packet_length)
 
-    def rows(self, stretch: Stretch) -> Rows | None:
-        """Return the packets of a stretch without copying, if their distance is constant."""
-        begin, end, length, packet_length = stretch
+    def rows(self, run: SlotRun) -> Rows | None:
+        """Return the packets of a run without copying, if their distance is constant."""
+        begin, end, length, packet_length = run
         slots = self._data[begin * self._pitch : end * self._pitch]
         if length == WHOLE:
             most = self._pitch // packet_length

@@ -2,7 +2,7 @@
 
 An unprivileged socket buffers 208 KiB on a stock system, less than two milliseconds of gigabit Ethernet. Each
 socket of a shared port (SO_REUSEPORT) has that much, and a short classic BPF program distributes the packets:
-by packet_id, consecutive stretches alternate between the sockets.
+by packet_id, consecutive runs alternate between the sockets.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def widen(receiver: socket.socket, wanted: int, packet_bytes: int) -> list[socke
             member.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
             member.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, granted)
             member.bind(receiver.getsockname())
-        _attach(receiver, SO_ATTACH_REUSEPORT_CBPF, distribution(stretch_bits(granted, packet_bytes)))
+        _attach(receiver, SO_ATTACH_REUSEPORT_CBPF, distribution(run_bits(granted, packet_bytes)))
     except OSError as error:
         log.info("one socket receives the frames, and not several: %s", error)
         for member in more:
@@ -61,7 +61,7 @@ def widen(receiver: socket.socket, wanted: int, packet_bytes: int) -> list[socke
     return more
 
 
-def stretch_bits(granted: int, packet_bytes: int) -> int:
+def run_bits(granted: int, packet_bytes: int) -> int:
     """Return how many packets go to one socket before the next, as a power of two: half its room."""
     return max(int(granted / kernel_bytes(packet_bytes) / 2).bit_length() - 1, 0)
 
