@@ -295,3 +295,18 @@ def test_a_minimised_window_converts_few_frames_and_shows_the_newest_when_it_is_
     window.image.painted.connect(lambda: painted.append(1))
     window.showNormal()
     app.until(lambda: painted)
+
+
+def test_the_menu_on_the_image_has_what_concerns_it_and_copies_what_is_shown(app):
+    app.connect("sim:?width=64&height=48&fps=15")
+    app.watch()
+    window, canvas = app.window, app.window.image.canvas
+    assert canvas.contextMenuPolicy() == Qt.ActionsContextMenu
+    offered = canvas.actions()
+    for action in (window.actionFit, window.actionOneToOne, window.actionSnapshot, window.actionRegion,
+                   window.menuOrientation.menuAction()):  # fmt: skip
+        assert action in offered
+    window.actionCopyImage.trigger()
+    copied = QApplication.clipboard().image()
+    assert copied.width() / copied.height() == pytest.approx(64 / 48, rel=0.02)
+    assert copied.width() > canvas.width() / 2

@@ -106,6 +106,7 @@ class MainWindow(QMainWindow):
     menuSnapshotKind: QMenu
     menuPolarised: QMenu
     menuPanes: QMenu
+    menuOrientation: QMenu
     actionUndo: QAction
     actionRedo: QAction
     actionConnect: QAction
@@ -153,6 +154,7 @@ class MainWindow(QMainWindow):
     actionZoomOut: QAction
     actionFullScreen: QAction
     actionResetLayout: QAction
+    actionCopyImage: QAction
     actionAddress: QAction
     actionSearch: QAction
     actionFindFeature: QAction
@@ -193,12 +195,14 @@ class MainWindow(QMainWindow):
         self._panels = PanelLayout(self, (self.sourcesDock, self.featuresDock), self._tools)
         around = (self.header, self.statusbar, self.sourcesDock, self.featuresDock, *self._tools)
         self._full_screen = FullScreen(self, self.image, self.favouritesArea, around, self.actionFullScreen)
+        self._panel_actions: dict[QDockWidget, QAction] = {}
         self._list_panels()
         if (layout := self.layout()) is not None:
             # Qt would keep the window as large as the panels need until they are arranged for less.
             layout.setSizeConstraint(QLayout.SizeConstraint.SetNoConstraint)
         self.setMinimumSize(LEAST_SIZE)
         self._fill_status()
+        self._fill_image_menu()
         self._group_themes()
         self._group_colours()
         self._group_polarised_views()
@@ -297,9 +301,22 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
         for dock, key in zip((self.sourcesDock, self.featuresDock, *self._tools), _DOCK_KEYS, strict=True):
-            self.menuView.addAction(self._panel_action(dock, key))
+            self._panel_actions[dock] = self._panel_action(dock, key)
+        self.menuView.addActions(list(self._panel_actions.values()))
         self.actionResetLayout.triggered.connect(self._panels.reset)
         self.gallery.filled.connect(self._panels.fit)
+
+    def _fill_image_menu(self) -> None:
+        """Offer on the image itself, by the right mouse button, what concerns it most."""
+        gap, canvas = QAction(self), self.image.canvas
+        gap.setSeparator(True)
+        canvas.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        canvas.addActions([self.actionFit, self.actionOneToOne, self.menuOrientation.menuAction(), gap])
+        canvas.addActions(
+            [self.actionSnapshot, self.actionCopyImage, self.actionRegion, self.actionFullSensor]
+        )
+        canvas.addAction(self._panel_actions[self.profileDock])
+        self.actionCopyImage.triggered.connect(canvas.copyShown)
 
     def _fill_status(self) -> None:
         """Show the zoom in the status bar, with its buttons; its share of clipped pixels marks them."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import pyqtgraph as pg
-from PyQt5.QtCore import QEvent, QPointF, QRectF, Qt, pyqtSignal
-from PyQt5.QtGui import QMouseEvent, QResizeEvent
+from PyQt5.QtCore import QEvent, QPointF, QRect, QRectF, Qt, pyqtSignal
+from PyQt5.QtGui import QGuiApplication, QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import DisplayImage, Region
@@ -145,6 +145,15 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
             self._cursor = None
             self.unsetCursor()
             self.cursorLeft.emit()
+
+    def copyShown(self) -> None:
+        """Copy the part of the image that is shown, with what is drawn over it, to the clipboard."""
+        width, height = self._item.frame_size
+        first, last = self.frameToView(0, 0).toPoint(), self.frameToView(width, height).toPoint()
+        shown = QRect(first, last).intersected(self.rect())
+        clipboard = QGuiApplication.clipboard()
+        if not self._empty and clipboard is not None:
+            clipboard.setPixmap(self.grab(shown))
 
     def toggleFit(self) -> None:
         """Fit, or return to 1:1 if the image is fitted."""
