@@ -5,7 +5,7 @@ from itertools import combinations
 
 from panel_harness import K, camera_features, feature
 from PyQt5.QtCore import QPoint, Qt
-from PyQt5.QtWidgets import QLabel, QWidget
+from PyQt5.QtWidgets import QLabel, QMenu, QWidget
 
 from fakes import ScriptedGrabber
 from grabbergui.core.features import Category
@@ -237,10 +237,16 @@ def test_all_sections_are_opened_and_closed_at_once(make_panel):
     d = make_panel()
     sections = d.panel._section
     first = next(iter(sections.findChildren(Section)))
-    actions = {action.text(): action for action in first.header.actions()}
-    actions["Expand all"].trigger()
+
+    def choose(text):
+        first.header.customContextMenuRequested.emit(QPoint(5, 5))
+        menu = first.findChildren(QMenu)[-1]
+        next(action for action in menu.actions() if action.text() == text).trigger()
+        menu.close()
+
+    choose("Expand all")
     opened = [section for section in sections.findChildren(Section) if section.isVisibleTo(d.panel)]
     assert opened and all(section.open for section in opened)
-    actions["Collapse all"].trigger()
+    choose("Collapse all")
     assert not any(section.open for section in sections.findChildren(Section))
     assert d.panel.watched == frozenset()

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Iterator
 from functools import partial
 
-from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QKeyEvent, QResizeEvent
 from PyQt5.QtWidgets import (
-    QAction,
     QComboBox,
     QLabel,
     QLineEdit,
+    QMenu,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -87,11 +87,8 @@ class Section(QWidget):
         self._searching = False
         self.header = _Header(category)
         self.header.clicked.connect(self._on_header_clicked)
-        for text, wanted in ((self.tr("Expand all"), True), (self.tr("Collapse all"), False)):
-            action = QAction(text, self.header)
-            action.triggered.connect(partial(self.allRequested.emit, wanted))
-            self.header.addAction(action)
-        self.header.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+        self.header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.header.customContextMenuRequested.connect(self._on_header_menu_requested)
         self._open = bool(self.names & opened)
         self._body = QWidget()
         self._body_layout = QVBoxLayout(self._body)
@@ -188,6 +185,13 @@ class Section(QWidget):
     def _update_open(self) -> None:
         self.header.setArrowType(Qt.ArrowType.DownArrow if self.open else Qt.ArrowType.RightArrow)
         self._body.setVisible(self.open)
+
+    def _on_header_menu_requested(self, place: QPoint) -> None:
+        menu = QMenu(self)  # not the header's own actions, for which Qt would draw an arrow
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction(self.tr("Expand all"), partial(self.allRequested.emit, True))
+        menu.addAction(self.tr("Collapse all"), partial(self.allRequested.emit, False))
+        menu.popup(self.header.mapToGlobal(place))
 
     def _on_header_clicked(self) -> None:
         self.setOpen(not self._open)
