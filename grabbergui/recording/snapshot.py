@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from enum import Enum
@@ -98,6 +98,20 @@ class SnapshotWriter:
     ) -> None:
         """Save a frame on another thread. Never waits."""
         self._begin(lambda: save(frame, folder, info, kind=kind))
+
+    def save_all(
+        self, frames: Sequence[Frame], folder: Path, info: DeviceInfo, kind: SnapshotKind = SnapshotKind.USUAL
+    ) -> None:
+        """Save frames in a new folder of that folder, on another thread. Never waits."""
+
+        def write() -> Path:
+            own = folder / _stem(info, _moment(frames[0], None))
+            for frame in frames:
+                save(frame, own, info, kind=kind)
+            return own
+
+        if frames:
+            self._begin(write)
 
     def save_points(self, frame: Frame, folder: Path, info: DeviceInfo, scan: Scan3d) -> None:
         """Save the point cloud of a frame on another thread. Never waits."""

@@ -101,3 +101,16 @@ def test_snapshots_are_of_the_chosen_kind(make_app):
     app.window.actionSnapshot.trigger()
     folder = app.preferences.snapshot_folder
     app.until(lambda: {path.suffix for path in folder.glob("*")} == {".raw", ".json"})
+
+
+def test_the_last_frames_are_saved_in_a_folder_of_their_own(make_app):
+    app = make_app()
+    app.connect("sim:?width=64&height=48&fps=30")
+    app.until(lambda: len(app.program.history.frames) >= 5)
+    app.window.actionPause.trigger()
+    app.until(app.window.image.pauseBar.isVisible)
+    count = len(app.program.history.frames)
+    app.window.actionSaveLastFrames.trigger()
+    assert app.program.snapshots.wait(PATIENCE)
+    (folder,) = app.preferences.snapshot_folder.iterdir()
+    assert folder.is_dir() and len(list(folder.glob("*.png"))) == count

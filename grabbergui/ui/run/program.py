@@ -46,6 +46,7 @@ from grabbergui.ui.controllers.image import (
     PointCloudController,
 )
 from grabbergui.ui.controllers.ip_address import IpAddressController
+from grabbergui.ui.controllers.last_frames import LastFramesController
 from grabbergui.ui.controllers.lut import LutController
 from grabbergui.ui.controllers.measuring import MeasuringController, ValuesController
 from grabbergui.ui.controllers.recording import PauseController, PlaybackController, RecordingController
@@ -166,6 +167,15 @@ class Program(QObject):
         )
         self.pausing = PauseController(
             window, image.pauseBar, open_sources, self.image, self.history, messages, self
+        )
+        self.last_frames = LastFramesController(
+            window.actionSaveLastFrames,
+            self.open_sources,
+            self.history,
+            self.snapshots,
+            preferences,
+            messages,
+            self,
         )
         self.playback = PlaybackController(window, image.playbackBar, open_sources, messages, self)
         self.region = RegionController(window, image, open_sources, self.image, messages, self)

@@ -124,6 +124,7 @@ class MainWindow(QMainWindow):
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
     actionFrameData: QAction
+    actionSaveLastFrames: QAction
     actionRecord: QAction
     actionSaveSettings: QAction
     actionLoadSettings: QAction
