@@ -57,7 +57,8 @@ PASSING = (BACK, SAVED)
 
 
 DAY = [
-    "open", "tuned by mouse", "tuned by wheel", "stepped by Right", "stepped by shift+Right",
+    "open", "no full screen", "tuned by mouse", "tuned by wheel", "stepped by Right",
+    "stepped by shift+Right",
     "stepped by ctrl+Right", "typed", "taken back", "waiting for a trigger", "triggered", "trigger off",
     "lost", "back", "cable pulled", "second camera", "first recorded", "switched", "both recorded",
     "lost behind the other", "lost at the front", "back at the front", "switched back", "recorded",
@@ -230,6 +231,17 @@ def choose_file(operator, keys, path):
 SLIDER = "row('ExposureTime').editor.slider()"
 
 
+def fill_the_screen(day):
+    """The image alone, and back."""
+    operator = day.operator
+    operator.keys("F11")
+    operator.until("window.isFullScreen() and not window.header.isVisible()")
+    operator.until("window.image.height() == window.height()")
+    operator.keys("Escape")
+    operator.until("not window.isFullScreen() and window.header.isVisible()")
+    day.agrees("no full screen")
+
+
 def tune(day, first):
     """Tune: by mouse, wheel and keyboard, and back."""
     operator = day.operator
@@ -247,7 +259,7 @@ def tune(day, first):
         type_exposure(operator, "20 ms")
         until(lambda: first.exposure == 20000, "20 ms")
         operator.click("row('ExposureTime').editor.field", 0.2)
-        operator.keys("Tab")
+        operator.keys("shift+Tab")
         operator.until(f"{SLIDER}.hasFocus()")
         operator.keys(keys)
         until(lambda: first.exposure != 20000, f"a step by {keys}")
@@ -383,6 +395,7 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     open_by_address(day, first)
     day.front = first
     day.agrees("open")
+    fill_the_screen(day)
     tune(day, first)
     trigger(day, first)
     lose_and_return(day, first)

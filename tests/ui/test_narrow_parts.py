@@ -34,7 +34,7 @@ from grabbergui.ui.widgets.task_stack import TaskStack
 def strip(qtbot):
     made = StatusStrip()
     qtbot.addWidget(made)
-    made.resize(940, 28)
+    made.resize(1240, 28)
     made.show()
     made.setState("Live", Tone.GOOD)
     made.setFormat("2448 × 2048  BayerRG12p")
@@ -63,7 +63,7 @@ def test_the_figures_that_matter_least_make_way(strip):
     strip.resize(strip.stateLabel.sizeHint().width() + 330, 28)
     assert not strip.lossLabel.isHidden()
     assert strip.bandwidthLabel.isHidden()
-    strip.resize(940, 28)
+    strip.resize(1240, 28)
     assert not strip.bandwidthLabel.isHidden()
 
 
@@ -78,7 +78,7 @@ def test_a_figure_with_a_digit_less_keeps_its_place(strip, qtbot):
 
 
 def test_figures_make_way_for_a_message_that_keeps_its_place(strip):
-    strip.resize(890, strip.height())
+    strip.resize(1190, strip.height())
     assert not strip.bandwidthLabel.isHidden()
     strip.setMessages([UserMessage("the file could not be written to a folder that is not there")])
     assert strip.bandwidthLabel.isHidden() and strip.messages.isVisible() and not strip.titleLabel.isVisible()

@@ -54,7 +54,7 @@ assert not app.messages, app.messages
 print("through")
 """)
     assert (code, capsys.readouterr().out) == (0, "through\n")
-    assert QImage(str(tmp_path / "tiles" / "gallery.png")).width() > 300
+    assert QImage(str(tmp_path / "tiles" / "gallery.png")).width() > 200
 
 
 ENDS = (
