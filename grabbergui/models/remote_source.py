@@ -39,8 +39,8 @@ class RemoteSource:
         """Return it as whole sentences."""
         place = translate("Remote", "{0} from {1}").format(self.name, self.host) if self.host else self.name
         text = translate("Remote", "A remote camera: {0} over {1}.").format(place, self.network)
-        shown = _age_text(age)
-        return f"{text}\n{translate('Remote', 'The shown image is {0}.').format(shown)}" if shown else text
+        shown = translate("Remote", "The shown image is {0}.").format(_age_text(age))
+        return text if age is None else f"{text}\n{shown}"
 
 
 def _age_text(age: float | None) -> str:

@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="106"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="110"/>
         <source>there is no frame to save yet; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/image.py" line="172"/>
+        <location filename="../../grabbergui/ui/controllers/image.py" line="178"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="300"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="306"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="302"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="308"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="303"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="309"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="304"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="310"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="305"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="311"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="306"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="312"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="307"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="313"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="308"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="314"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="309"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="315"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="310"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="316"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="311"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="317"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="312"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="318"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="313"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="319"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="314"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="320"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="315"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="321"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="316"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="322"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="196"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="199"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="201"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="204"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="223"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="226"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -155,27 +155,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="77"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="73"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="79"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="116"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="124"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="130"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="147"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="156"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -243,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="344"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="386"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -251,7 +251,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/controllers/calibration_dialogs.py" line="206"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -359,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="175"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -379,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="238"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -404,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="213"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
         <source>no images arrive from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="313"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="355"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="175"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="175"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="185"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="185"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="185"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="220"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="227"/>
         <source>{0:.0%} of the image is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="238"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="238"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="238"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="231"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="238"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="260"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="267"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="272"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="279"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -483,21 +483,46 @@ It {1}.</source>
         <source>Tilts and distances that were seen</source>
         <translation>Inclinaciones y distancias vistas</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="298"/>
+        <source>Discard {0} views?</source>
+        <translation>¿Descartar {0} vistas?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="298"/>
+        <source>The calibration that is computed from them has not been saved.</source>
+        <translation>La calibración calculada a partir de ellas no se ha guardado.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="304"/>
+        <source>Discard them</source>
+        <translation>Descartarlas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="305"/>
+        <source>Keep them</source>
+        <translation>Conservarlas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="298"/>
+        <source>Discard the view?</source>
+        <translation>¿Descartar la vista?</translation>
+    </message>
 </context>
 <context>
     <name>CalibrationViewController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="157"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="171"/>
         <source>Load a calibration</source>
         <translation>Cargar una calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="148"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="162"/>
         <source>{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°</source>
         <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="165"/>
         <source>{0} was made with another camera, {1} {2}; calibrate this one as well</source>
         <translation>{0} se hizo con otra cámara, {1} {2}; calibre también esta</translation>
     </message>
@@ -505,32 +530,32 @@ It {1}.</source>
 <context>
     <name>CameraTile</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="29"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="30"/>
         <source>Close this source</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="107"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="102"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="119"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="137"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="119"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="46"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="44"/>
         <source>This source is being recorded</source>
         <translation>Esta fuente se está grabando</translation>
     </message>
@@ -609,7 +634,7 @@ It {1}.</source>
         <translation>Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/change_tracking.py" line="170"/>
+        <location filename="../../grabbergui/models/change_tracking.py" line="179"/>
         <source>{0} of {1}: {2}</source>
         <translation>{0} {1}: {2}</translation>
     </message>
@@ -617,27 +642,27 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="91"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="91"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="121"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="122"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="120"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="121"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="128"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="129"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -749,57 +774,57 @@ It {1}.</source>
 <context>
     <name>Components</name>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="33"/>
+        <location filename="../../grabbergui/models/image/components.py" line="35"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="34"/>
+        <location filename="../../grabbergui/models/image/components.py" line="36"/>
         <source>Infrared</source>
         <translation>Infrarrojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="35"/>
+        <location filename="../../grabbergui/models/image/components.py" line="37"/>
         <source>Ultraviolet</source>
         <translation>Ultravioleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="36"/>
+        <location filename="../../grabbergui/models/image/components.py" line="38"/>
         <source>Range</source>
         <translation>Distancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="37"/>
+        <location filename="../../grabbergui/models/image/components.py" line="39"/>
         <source>Reflectance</source>
         <translation>Reflectancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="38"/>
+        <location filename="../../grabbergui/models/image/components.py" line="40"/>
         <source>Confidence</source>
         <translation>Confianza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="39"/>
+        <location filename="../../grabbergui/models/image/components.py" line="41"/>
         <source>Scatter</source>
         <translation>Dispersión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="40"/>
+        <location filename="../../grabbergui/models/image/components.py" line="42"/>
         <source>Disparity</source>
         <translation>Disparidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="41"/>
+        <location filename="../../grabbergui/models/image/components.py" line="43"/>
         <source>Multispectral</source>
         <translation>Multiespectral</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="42"/>
+        <location filename="../../grabbergui/models/image/components.py" line="44"/>
         <source>Component</source>
         <translation>Componente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/image/components.py" line="25"/>
+        <location filename="../../grabbergui/models/image/components.py" line="27"/>
         <source>{0}, source {1}</source>
         <translation>{0}, fuente {1}</translation>
     </message>
@@ -807,47 +832,47 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="150"/>
+        <location filename="../../grabbergui/models/source_opener.py" line="112"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="222"/>
+        <location filename="../../grabbergui/models/stream_control.py" line="55"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="316"/>
+        <location filename="../../grabbergui/models/stream_control.py" line="40"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="62"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="67"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="73"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="78"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="90"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="95"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="93"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="98"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="98"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="103"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="92"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="97"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -855,27 +880,27 @@ It {1}.</source>
 <context>
     <name>CoverageView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="144"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="141"/>
         <source>Tilts</source>
         <translation>Inclinaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="146"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="143"/>
         <source>Distances</source>
         <translation>Distancias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="152"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="149"/>
         <source>far</source>
         <translation>lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="152"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="149"/>
         <source>between</source>
         <translation>en medio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/detections.py" line="152"/>
+        <location filename="../../grabbergui/ui/widgets/detections.py" line="149"/>
         <source>near</source>
         <translation>cerca</translation>
     </message>
@@ -883,7 +908,7 @@ It {1}.</source>
 <context>
     <name>CurveRow</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/curve_row.ui" line="28"/>
+        <location filename="../../grabbergui/ui/forms/curve_row.ui" line="35"/>
         <source>Remove this curve</source>
         <translation>Quitar esta curva</translation>
     </message>
@@ -896,157 +921,157 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="236"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="237"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="236"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="237"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="245"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="246"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="245"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="246"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="273"/>
         <source>Check the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="285"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="286"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="287"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="288"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="336"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="337"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="343"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="344"/>
         <source>Stop and start again; check the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="345"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="346"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="347"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="348"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="350"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="351"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="354"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="355"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="356"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="357"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="287"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="288"/>
         <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
         <source>1 packet arrived, but no frame was finished.</source>
         <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="273"/>
         <source>No frame for {1:.0f} s, after 1 frame.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras una que llegó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="272"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="273"/>
         <source>No frame for {1:.0f} s, after {0} frames.</source>
         <translation>Ninguna imagen desde hace {1:.0f} s, tras {0} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="287"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="288"/>
         <source>Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.</source>
         <translation>Elija paquetes más pequeños{0} o un retardo mayor entre paquetes (GevSCPD); aumente net.core.rmem_max.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="300"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="301"/>
         <source>The frame rate may be very low, or packets larger than the network&apos;s MTU are dropped.</source>
         <translation>La frecuencia puede ser muy baja, o se descartan los paquetes mayores que la MTU de la red.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="178"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="179"/>
         <source>an input</source>
         <translation>una entrada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="318"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="319"/>
         <source>The recorded image is black.</source>
         <translation>La imagen grabada es negra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="319"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="320"/>
         <source>The image is black.</source>
         <translation>La imagen es negra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="321"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="322"/>
         <source>The image is black: the exposure ({0}) may be too short.</source>
         <translation>La imagen es negra: la exposición ({0}) puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="323"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="324"/>
         <source>Open the iris, or take the lens cap off.</source>
         <translation>Abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="325"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="326"/>
         <source>Raise exposure or gain, or press E.</source>
         <translation>Aumente la exposición o la ganancia, o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="326"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="327"/>
         <source>Raise the exposure, or press E.</source>
         <translation>Aumente la exposición o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="327"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="328"/>
         <source>Raise the gain, or press E.</source>
         <translation>Aumente la ganancia o pulse E.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="263"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="264"/>
         <source>See whether its program sends images, and whether a camera there waits for a trigger.</source>
         <translation>Compruebe si su programa envía imágenes y si una cámara de allí espera un disparo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="259"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="260"/>
         <source>Packets arrive, but no frame can be made of them.</source>
         <translation>Llegan paquetes, pero no se puede formar ningún fotograma con ellos.</translation>
     </message>
@@ -1054,47 +1079,47 @@ It {1}.</source>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="105"/>
         <source>Findings</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="104"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="106"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="108"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="107"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="109"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="108"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="110"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="127"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="129"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="128"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="130"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="127"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="129"/>
         <source>1 problem found</source>
         <translation>1 problema encontrado</translation>
     </message>
@@ -1202,92 +1227,92 @@ It {1}.</source>
         <translation>la cámara no respondió durante {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>the target is not seen: bring it into the middle of the image first</source>
         <translation>no se ve el objetivo: llévelo primero al centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>only {0} of {1} views were possible: give the arm more room, or move the target</source>
         <translation>solo fueron posibles {0} de {1} vistas: dé más espacio al brazo o mueva el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one</source>
         <translation>solo {0} de {1} posturas muestran el objetivo y se quieren {2}: muévalo o use uno más pequeño</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>hand–eye calibration needs {0} views or more, not {1}</source>
         <translation>la calibración mano-ojo necesita {0} vistas o más, no {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>the views differ too little: turn camera or target about two axes between them</source>
         <translation>las vistas se diferencian muy poco: gire la cámara o el objetivo sobre dos ejes entre ellas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>the views contradict one another: check the target&apos;s size and the calibration</source>
         <translation>las vistas se contradicen: compruebe el tamaño del objetivo y la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>no image arrived within {0} s: check camera and cable</source>
         <translation>no llegó ninguna imagen en {0} s: compruebe la cámara y el cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>there is no camera to look with</source>
         <translation>no hay cámara con la que mirar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>the robot is stopped: {0}</source>
         <translation>el robot está parado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>{0} does not report its joints</source>
         <translation>{0} no comunica sus articulaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>{0} does not report the angles of its arm</source>
         <translation>{0} no comunica los ángulos de su brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>{0} no longer reports the angles of its arm</source>
         <translation>{0} ya no comunica los ángulos de su brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>the head of {0} is not driven</source>
         <translation>la cabeza de {0} no está accionada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>the arm of {0} is not driven</source>
         <translation>el brazo de {0} no está accionado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>this is a dry run, in which the robot does not move: start without --dry-run</source>
         <translation>esto es una prueba en la que el robot no se mueve: arranque sin --dry-run</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>it would leave the workspace ({0} = {1} m)</source>
         <translation>saldría del espacio de trabajo ({0} = {1} m)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>it would leave the workspace ({0})</source>
         <translation>saldría del espacio de trabajo ({0})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/language.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/sentences.py" line="7"/>
         <source>{0} would come within {1} mm of {2}</source>
         <translation>{0} se acercaría a {1} mm de {2}</translation>
     </message>
@@ -1551,7 +1576,7 @@ It {1}.</source>
         <translation>Aquí aparecen exposición, ganancia y frecuencia, si la cámara las tiene.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/favourites.py" line="74"/>
+        <location filename="../../grabbergui/ui/views/favourites.py" line="75"/>
         <source>Drag the name of a feature here to pin it above the image.</source>
         <translation>Arrastre aquí el nombre de un parámetro para fijarlo sobre la imagen.</translation>
     </message>
@@ -1665,27 +1690,27 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="290"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="327"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="311"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="348"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="320"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="357"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="321"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="358"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="311"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="348"/>
         <source>1 more matches; type another letter.</source>
         <translation>Coincide 1 más; escriba otra letra.</translation>
     </message>
@@ -1851,24 +1876,140 @@ It {1}.</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="204"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="203"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="190"/>
         <source>of the whole image</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="177"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="178"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="177"/>
         <source>Sharpness {0:.2f}    best {1:.2f}</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}</translation>
+    </message>
+</context>
+<context>
+    <name>FrameData</name>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="19"/>
+        <source>Frame id</source>
+        <translation>Id. del fotograma</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="20"/>
+        <source>Exposed or received at</source>
+        <translation>Expuesto o recibido a las</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="21"/>
+        <source>Camera&apos;s clock</source>
+        <translation>Reloj de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="22"/>
+        <source>Size</source>
+        <translation>Tamaño</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="23"/>
+        <source>Pixel format</source>
+        <translation>Formato de píxel</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="24"/>
+        <source>Offset</source>
+        <translation>Desplazamiento</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="25"/>
+        <source>Payload</source>
+        <translation>Datos</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="36"/>
+        <source>{0} bytes</source>
+        <translation>{0} bytes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="26"/>
+        <source>Completeness</source>
+        <translation>Integridad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="29"/>
+        <source>Stream channel</source>
+        <translation>Canal de flujo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="31"/>
+        <source>File</source>
+        <translation>Archivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="53"/>
+        <source>complete</source>
+        <translation>completo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="54"/>
+        <source>1 byte is missing</source>
+        <translation>falta 1 byte</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="54"/>
+        <source>{0} bytes are missing</source>
+        <translation>faltan {0} bytes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/image/frame_data.py" line="36"/>
+        <source>1 byte</source>
+        <translation>1 byte</translation>
+    </message>
+</context>
+<context>
+    <name>FrameDataDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="6"/>
+        <source>Data of the shown frame</source>
+        <translation>Datos del fotograma mostrado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="10"/>
+        <source>Data of the frame</source>
+        <translation>Datos del fotograma</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="13"/>
+        <source>Name</source>
+        <translation>Nombre</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="14"/>
+        <source>Value</source>
+        <translation>Valor</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="19"/>
+        <source>Chunk data appears here once ChunkModeActive and the chunks are on.</source>
+        <translation>Los datos de chunk aparecen aquí cuando ChunkModeActive y los chunks están activados.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="27"/>
+        <source>&amp;Copy</source>
+        <translation>&amp;Copiar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/frame_data.ui" line="28"/>
+        <source>Close</source>
+        <translation>Cerrar</translation>
     </message>
 </context>
 <context>
@@ -1882,197 +2023,197 @@ It {1}.</source>
 <context>
     <name>HandEye</name>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="211"/>
+        <location filename="../../grabbergui/servo/models/hand_eye.py" line="214"/>
         <source>the result could not be saved as {0}: {1}</source>
         <translation>no se pudo guardar el resultado como {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="367"/>
+        <location filename="../../grabbergui/servo/models/hand_eye.py" line="370"/>
         <source>Stopped</source>
         <translation>Parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="342"/>
+        <location filename="../../grabbergui/servo/models/hand_eye.py" line="345"/>
         <source>the target is not seen</source>
         <translation>no se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="354"/>
+        <location filename="../../grabbergui/servo/models/hand_eye.py" line="357"/>
         <source>no images arrive from the camera</source>
         <translation>no llegan imágenes de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye.py" line="371"/>
+        <location filename="../../grabbergui/servo/models/hand_eye.py" line="374"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="20"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="20"/>
         <source>&lt;b&gt;{0} will move by itself&lt;/b&gt; to {1} poses, one after another, for {2}.</source>
         <translation>&lt;b&gt;{0} se moverá por sí mismo&lt;/b&gt; a {1} posturas, una tras otra, durante {2}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="24"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="24"/>
         <source>The head turns at up to {0:.0f} °/s; the arm rests.</source>
         <translation>La cabeza gira a un máximo de {0:.0f} °/s; el brazo reposa.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="26"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="26"/>
         <source>Pan stays within {0}° to {1}°, tilt within {2}° to {3}°.</source>
         <translation>El giro queda entre {0}° y {1}°, la inclinación entre {2}° y {3}°.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="30"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="30"/>
         <source>The hand moves at up to {0:.0f} mm/s, first by {1} small moves of at most {2:.0f}°.</source>
         <translation>La mano se mueve a un máximo de {0:.0f} mm/s, primero con {1} movimientos pequeños de {2:.0f}° como mucho.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="34"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="34"/>
         <source>Each joint stays within {0:.0f}° of where it is now.</source>
         <translation>Cada articulación queda a menos de {0:.0f}° de donde está ahora.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="36"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="36"/>
         <source>The hand stays within x {0} to {1}, y {2} to {3}, z {4} to {5} m in the base.</source>
         <translation>La mano queda entre x {0} y {1}, y {2} y {3}, z {4} y {5} m en la base.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="41"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="41"/>
         <source>The robot&apos;s body is not known: only the workspace is checked.</source>
         <translation>No se conoce el cuerpo del robot: solo se comprueba el espacio de trabajo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="43"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="43"/>
         <source>The arm keeps {0:.0f} mm away from body and configured obstacles.</source>
         <translation>El brazo se mantiene a {0:.0f} mm del cuerpo y de los obstáculos configurados.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="46"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="46"/>
         <source>&lt;b&gt;The camera is not calibrated&lt;/b&gt;: calibrate it first, or the result is rough.</source>
         <translation>&lt;b&gt;La cámara no está calibrada&lt;/b&gt;: calíbrela primero, o el resultado será aproximado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="50"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="50"/>
         <source>Space, Escape and the stop button stop it at once, from any of its windows.</source>
         <translation>Espacio, Escape y el botón de parada lo paran de inmediato, desde cualquiera de sus ventanas.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="59"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="59"/>
         <source>about {0} s</source>
         <translation>aprox. {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="60"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="60"/>
         <source>about {0} min</source>
         <translation>aprox. {0} min</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="66"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="66"/>
         <source>moving to pose {0}</source>
         <translation>yendo a la postura {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="68"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="68"/>
         <source>pose {0} taken</source>
         <translation>postura {0} tomada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="70"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="70"/>
         <source>computing the result</source>
         <translation>calculando el resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="73"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="73"/>
         <source>known to {0:.1f} mm and {1:.2f}°</source>
         <translation>conocida a {0:.1f} mm y {1:.2f}°</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="76"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="76"/>
         <source>skipped: {0}</source>
         <translation>omitida: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="83"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="83"/>
         <source>the gate refuses it</source>
         <translation>la compuerta de seguridad la rechaza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="84"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="84"/>
         <source>it was not reached</source>
         <translation>no se alcanzó</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="85"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="85"/>
         <source>the target is not seen reliably</source>
         <translation>el objetivo no se ve con seguridad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="86"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="86"/>
         <source>the robot did not come to rest</source>
         <translation>el robot no estaba en reposo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="93"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="93"/>
         <source>{0}. The robot stands still. {1} poses were taken: compute from them, or start again</source>
         <translation>{0}. El robot está quieto. Se tomaron {1} posturas: calcule con ellas o empiece de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="115"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="115"/>
         <source>Known to</source>
         <translation>Conocida a</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="119"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="119"/>
         <source>x, y, z (mm)</source>
         <translation>x, y, z (mm)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="120"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="120"/>
         <source>Roll, pitch, yaw (°)</source>
         <translation>Alabeo, cabeceo, guiñada (°)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="121"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="121"/>
         <source>Residual</source>
         <translation>Residuo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="121"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="121"/>
         <source>{0:.3f} px over {1} of {2} poses</source>
         <translation>{0:.3f} px en {1} de {2} posturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="127"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="127"/>
         <source>Method</source>
         <translation>Método</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="127"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="127"/>
         <source>{0}, refined with all corners together</source>
         <translation>{0}, refinado con todas las esquinas a la vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="135"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="135"/>
         <source>Joint offsets</source>
         <translation>Desfases</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="142"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="142"/>
         <source>the calibration in use</source>
         <translation>la calibración en uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="143"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="143"/>
         <source>the robot&apos;s model, which is in use</source>
         <translation>el modelo del robot, que está en uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="145"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="145"/>
         <source>{0:.1f} mm and {1:.2f}° from {2}</source>
         <translation>{0:.1f} mm y {1:.2f}° de {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/hand_eye_text.py" line="97"/>
+        <location filename="../../grabbergui/servo/models/hand_eye_text.py" line="97"/>
         <source>{0}. The robot stands still. Poses taken: {1}; needed: {2}. Start again</source>
         <translation>{0}. El robot está quieto. Posturas tomadas: {1}; necesarias: {2}. Empiece de nuevo</translation>
     </message>
@@ -2080,22 +2221,22 @@ It {1}.</source>
 <context>
     <name>HandEyeController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="134"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_controller.py" line="135"/>
         <source>name both frames: what the camera is mounted on, and the camera&apos;s own</source>
         <translation>nombre ambos sistemas de referencia: el del soporte de la cámara y el de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="142"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_controller.py" line="143"/>
         <source>Save the robot&apos;s file</source>
         <translation>Guardar el archivo del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="161"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_controller.py" line="162"/>
         <source>Servoing uses a camera on the head; save this result or publish it</source>
         <translation>El servocontrol usa una cámara en la cabeza; guarde este resultado o publíquelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/hand_eye.py" line="166"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_controller.py" line="167"/>
         <source>Saved as {0}. Use it with `grabbergui servo … --hand-eye {0}`</source>
         <translation>Guardado como {0}. Úselo con `grabbergui servo … --hand-eye {0}`</translation>
     </message>
@@ -2103,367 +2244,367 @@ It {1}.</source>
 <context>
     <name>HandEyeDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="6"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="6"/>
         <source>Calibrate hand and eye</source>
         <translation>Calibrar mano y ojo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="19"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="19"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="20"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="20"/>
         <source>Stops the robot at once (Escape; Space while it moves)</source>
         <translation>Para el robot de inmediato (Escape; Espacio mientras se mueve)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="35"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="35"/>
         <source>Live image</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="45"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="45"/>
         <source>● waiting for an image</source>
         <translation>● esperando una imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="76"/>
         <source>Camera on the &amp;head, board fixed</source>
         <translation>Cámara en la ca&amp;beza, tablero fijo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="76"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="76"/>
         <source>The head turns and looks at a fixed board</source>
         <translation>La cabeza gira y mira un tablero fijo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="77"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="77"/>
         <source>Camera on the h&amp;and, board fixed</source>
         <translation>Cámara en la &amp;mano, tablero fijo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="77"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="77"/>
         <source>The hand moves around a fixed board</source>
         <translation>La mano se mueve alrededor de un tablero fijo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="78"/>
         <source>Camera fixed, &amp;board in the hand</source>
         <translation>Cámara &amp;fija, tablero en la mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="78"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="78"/>
         <source>The camera is fixed; the hand moves the board in front of it</source>
         <translation>La cámara está fija; la mano mueve el tablero delante de ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="83"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="83"/>
         <source>B&amp;oard</source>
         <translation>&amp;Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="84"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="84"/>
         <source>One marker</source>
         <translation>Un marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="84"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="84"/>
         <source>Grid of markers</source>
         <translation>Cuadrícula de marcadores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="84"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="84"/>
         <source>ChArUco</source>
         <translation>ChArUco</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="85"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="85"/>
         <source>&amp;Dictionary</source>
         <translation>&amp;Diccionario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="87"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="87"/>
         <source>N&amp;umber</source>
         <translation>&amp;Número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="88"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="88"/>
         <source>The marker&apos;s number, or the first one on the board</source>
         <translation>El número del marcador, o el primero del tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="89"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="89"/>
         <source>A&amp;cross, down</source>
         <translation>Anc&amp;ho, alto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="90"/>
         <source>Markers of a grid, or squares of a ChArUco board, in a row</source>
         <translation>Marcadores de una cuadrícula, o casillas de un tablero ChArUco, a lo ancho</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="90"/>
         <source>Number of rows</source>
         <translation>Número de filas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="90"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="90"/>
         <source>Down</source>
         <translation>Alto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="91"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="91"/>
         <source>&amp;Marker, pitch</source>
         <translation>Ma&amp;rcador, paso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="92"/>
         <source>Edge of a marker&apos;s black square, as measured on the paper</source>
         <translation>Lado del cuadrado negro de un marcador, medido en el papel</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="92"/>
         <source> mm</source>
         <translation> mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="92"/>
         <source>Distance between the markers of a grid; edge of a ChArUco square</source>
         <translation>De marcador a marcador de una cuadrícula; lado de una casilla ChArUco</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="92"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="92"/>
         <source>Pitch</source>
         <translation>Paso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="93"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="93"/>
         <source>&amp;Poses, speed</source>
         <translation>&amp;Posturas, veloc.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="94"/>
         <source>Number of poses from which the robot looks at the board</source>
         <translation>Desde cuántas posturas mira el robot el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="94"/>
         <source> %</source>
         <translation> %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="94"/>
         <source>All motion is slowed down to this share of its speed</source>
         <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="94"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="94"/>
         <source>Speed</source>
         <translation>Velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="98"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="98"/>
         <source>&amp;Take the printed calibration board</source>
         <translation>&amp;Usar el tablero de calibración impreso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="99"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="99"/>
         <source>The board that Calibrate camera saves for printing: ChArUco, 8 × 6 squares of 30 mm</source>
         <translation>El tablero que Calibrar cámara guarda para imprimir: ChArUco, 8 × 6 casillas de 30 mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="114"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="114"/>
         <source>Nobody is within reach of the robot</source>
         <translation>No hay nadie al alcance del robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="115"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="115"/>
         <source>Nobody is within the robot&apos;s reach, and its own emergency stop is within mine.</source>
         <translation>No hay nadie al alcance del robot, y su propia parada de emergencia está al mío.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="127"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="127"/>
         <source>%v of %m poses</source>
         <translation>%v de %m posturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="130"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="130"/>
         <source>Events</source>
         <translation>Sucesos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="134"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="134"/>
         <source>Time</source>
         <translation>Tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="135"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="135"/>
         <source>Event</source>
         <translation>Suceso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="148"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="148"/>
         <source>Poses</source>
         <translation>Posturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="152"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="152"/>
         <source>Pose</source>
         <translation>Post.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="153"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="153"/>
         <source>Residual</source>
         <translation>Residuo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="154"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="154"/>
         <source>Joints, °</source>
         <translation>Articulaciones, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="158"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="158"/>
         <source>&amp;Frames</source>
         <translation>S&amp;istemas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="159"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="159"/>
         <source>Name in tf of the frame on which the camera is mounted</source>
         <translation>Nombre en tf del soporte de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="161"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="161"/>
         <source>Frame of the camera</source>
         <translation>Sistema de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="161"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="161"/>
         <source>Name in tf of the camera&apos;s optical frame</source>
         <translation>Nombre en tf del sistema óptico de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="269"/>
         <source>&amp;Use now</source>
         <translation>&amp;Usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="275"/>
         <source>Publish in &amp;tf</source>
         <translation>Publicar en &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="167"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="167"/>
         <source>On /tf_static over ROS 2, until this window&apos;s program ends or this button is released</source>
         <translation>En /tf_static por ROS 2, hasta que termine el programa de esta ventana o se suelte este botón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="156"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="157"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="178"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="178"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="149"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="147"/>
         <source>Setup</source>
         <translation>Preparación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="147"/>
         <source>Plan</source>
         <translation>Plan</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="147"/>
         <source>Motion</source>
         <translation>Movimiento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="146"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="147"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="149"/>
         <source>&amp;Let the robot move</source>
         <translation>&amp;Mover el robot</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="149"/>
         <source>C&amp;ompute</source>
         <translation>&amp;Calcular</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="148"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="149"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="156"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="157"/>
         <source>Start a&amp;gain</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="164"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="165"/>
         <source>Starting</source>
         <translation>Empezando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="172"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="173"/>
         <source>Where is the camera of &lt;b&gt;{0}&lt;/b&gt;?</source>
         <translation>¿Dónde está la cámara de &lt;b&gt;{0}&lt;/b&gt;?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="203"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="204"/>
         <source>the target is seen</source>
         <translation>se ve el objetivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="223"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="224"/>
         <source>{0} left</source>
         <translation>quedan {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="246"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="247"/>
         <source>No other calibration of this camera is known</source>
         <translation>No se conoce otra calibración de esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="248"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="249"/>
         <source>Differs by {0}</source>
         <translation>Difiere en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="252"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="253"/>
         <source>left out</source>
         <translation>excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/hand_eye.ui" line="166"/>
+        <location filename="../../grabbergui/servo/ui/forms/hand_eye.ui" line="166"/>
         <source>Use this result for servoing instead of the previous one</source>
         <translation>Usar este resultado para el servocontrol en lugar del anterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="268"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="269"/>
         <source>In &amp;use</source>
         <translation>En &amp;uso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="274"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="275"/>
         <source>On &amp;tf</source>
         <translation>En &amp;tf</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/hand_eye_dialog.py" line="327"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="331"/>
         <source>Bring the board into the middle of the image; it must not move on its own.</source>
         <translation>Lleve el tablero al centro de la imagen; no debe moverse por sí solo.</translation>
     </message>
@@ -2511,12 +2652,12 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="83"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="82"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="78"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -2575,72 +2716,47 @@ It {1}.</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="77"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="82"/>
         <source>Pixel under the cursor and the sensor&apos;s value there</source>
         <translation>Píxel bajo el cursor y el valor del sensor en él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="78"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="83"/>
         <source>Pixel under the cursor</source>
         <translation>Píxel bajo el cursor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="90"/>
+        <location filename="../../grabbergui/ui/forms/image_view.ui" line="76"/>
         <source>What to do</source>
         <translation>Qué hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="96"/>
-        <source>Samples of the whole frame at the ends of the sensor’s range</source>
-        <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="97"/>
-        <source>Saturated and black</source>
-        <translation>Saturado y negro</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="103"/>
-        <source>Screen pixels for each pixel of the image</source>
-        <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/image_view.ui" line="104"/>
-        <source>Zoom</source>
-        <translation>Ampliación</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="187"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="207"/>
         <source>Draw the region that the camera should send; Esc cancels.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="188"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="208"/>
         <source>Draw the region to bring into focus; Esc cancels.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="209"/>
         <source>Draw the line whose values you want to see; Esc cancels.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="249"/>
-        <source> · fitted</source>
-        <translation> · encajada</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="190"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="210"/>
         <source>Draw the region whose brightness counts; Esc cancels.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="211"/>
         <source>Draw a region that should be grey; Esc cancels.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="172"/>
         <source>Last image, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -2665,212 +2781,304 @@ It {1}.</source>
         <translation>Muestra a la vez todas las imágenes de cada fotograma; el aumento, la posición y el cursor son comunes a todas. Con un clic en una, pasa a ser la actual.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="214"/>
         <source>Draw a line; Esc cancels.</source>
         <translation>Dibuje una línea; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="195"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="215"/>
         <source>Draw a region; Esc cancels.</source>
         <translation>Dibuje una región; Esc cancela.</translation>
     </message>
 </context>
 <context>
+    <name>IpAddress</name>
+    <message>
+        <location filename="../../grabbergui/models/ip_address.py" line="99"/>
+        <source>The camera has the address {0}, also after its next start.</source>
+        <translation>La cámara tiene la dirección {0}, también tras su próximo arranque.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/ip_address.py" line="101"/>
+        <source>The camera has the address {0} until it is switched off.</source>
+        <translation>La cámara tiene la dirección {0} hasta que se apague.</translation>
+    </message>
+</context>
+<context>
+    <name>IpAddressController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/ip_address.py" line="36"/>
+        <source>Its address is {0}.</source>
+        <translation>Su dirección es {0}.</translation>
+    </message>
+</context>
+<context>
+    <name>IpAddressDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="6"/>
+        <source>IP address of the camera</source>
+        <translation>Dirección IP de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="22"/>
+        <source>&amp;Address</source>
+        <translation>&amp;Dirección</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="24"/>
+        <source>Subnet &amp;mask</source>
+        <translation>&amp;Máscara de subred</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="26"/>
+        <source>&amp;Gateway</source>
+        <translation>&amp;Puerta de enlace</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="27"/>
+        <source>none</source>
+        <translation>ninguna</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="32"/>
+        <source>Write it as the persistent address; otherwise the camera has it until it is switched off</source>
+        <translation>Escribirla como dirección persistente; si no, la cámara la tiene hasta que se apague</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="33"/>
+        <source>&amp;Keep it after power-off (persistent IP)</source>
+        <translation>&amp;Conservarla tras apagar (IP persistente)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="50"/>
+        <source>&amp;Set the address</source>
+        <translation>&amp;Asignar la dirección</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/ip_address.ui" line="51"/>
+        <source>Close</source>
+        <translation>Cerrar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/ip_address_dialog.py" line="59"/>
+        <source>Waiting for the camera…</source>
+        <translation>Esperando a la cámara…</translation>
+    </message>
+</context>
+<context>
     <name>Lack</name>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="42"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="14"/>
         <source>No source is open: choose one in the list and connect to it.</source>
         <translation>No hay ninguna fuente abierta: elija una de la lista y conéctela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="43"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="15"/>
         <source>The source is still being opened.</source>
         <translation>La fuente aún se está abriendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="44"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="16"/>
         <source>The source does not answer: wait until it is back.</source>
         <translation>La fuente no responde: espere a que vuelva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="45"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="17"/>
         <source>The source is stopped: start it first.</source>
         <translation>La fuente está parada: iníciela primero.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="46"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="18"/>
         <source>The source is open for reading only: another program controls it.</source>
         <translation>La fuente está abierta solo para lectura: otro programa la controla.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="47"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="19"/>
         <source>The source is stopped already.</source>
         <translation>La fuente ya está parada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="48"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="20"/>
         <source>A source is open: disconnect it first, or double-click another one in the list.</source>
         <translation>Hay una fuente abierta: desconéctela primero o haga doble clic en otra de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="51"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="23"/>
         <source>The source is open already: press “Show”, or click its tile.</source>
         <translation>La fuente ya está abierta: pulse «Mostrar» o su miniatura.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="52"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="24"/>
         <source>The source streams already.</source>
         <translation>La fuente ya está transmitiendo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="53"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="25"/>
         <source>There is no frame yet: start the camera first.</source>
         <translation>Todavía no hay ninguna imagen: inicie antes la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="54"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="26"/>
         <source>The frame has no range image: enable the component Range, if there is one.</source>
         <translation>La imagen no tiene imagen de distancias: active el componente Range, si lo hay.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="57"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="29"/>
         <source>The camera reports no polarisers: if it has some, tick “Sensor has polarisers” below.</source>
         <translation>La cámara no informa de polarizadores: si los tiene, marque «El sensor tiene polarizadores» más abajo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="60"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="32"/>
         <source>The source has neither exposure time nor gain.</source>
         <translation>La fuente no tiene ni tiempo de exposición ni ganancia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="61"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="33"/>
         <source>The source has no white balance.</source>
         <translation>La fuente no tiene balance de blancos.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="62"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="34"/>
         <source>The source has no region of interest that can be changed.</source>
         <translation>La fuente no tiene una región de interés que se pueda cambiar.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="63"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="35"/>
         <source>The source keeps no user sets: save its settings in a file.</source>
         <translation>La fuente no guarda conjuntos de ajustes: guarde sus ajustes en un archivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="64"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="36"/>
         <source>The source has no look-up table that can be read.</source>
         <translation>La fuente no tiene una tabla de consulta que se pueda leer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="65"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="37"/>
         <source>The source has no calibration: load one, or calibrate the camera.</source>
         <translation>La fuente no tiene calibración: cargue una o calibre la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="68"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="40"/>
         <source>Nothing was changed since the source was opened.</source>
         <translation>No se ha cambiado nada desde que se abrió la fuente.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="69"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="41"/>
         <source>Nothing was undone.</source>
         <translation>No se ha deshecho nada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="70"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="42"/>
         <source>The list is empty.</source>
         <translation>La lista está vacía.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="71"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="43"/>
         <source>Wait until the present run has ended.</source>
         <translation>Espere a que termine el ajuste en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="72"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="44"/>
         <source>A search is in progress.</source>
         <translation>Hay una búsqueda en curso.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="73"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="45"/>
         <source>Choose a source in the list, or type its address above.</source>
         <translation>Elija una fuente de la lista o escriba su dirección arriba.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="74"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="46"/>
         <source>The whole image is measured already.</source>
         <translation>Ya se mide la imagen completa.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="75"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="47"/>
         <source>Choose a set in the list.</source>
         <translation>Elija un conjunto de la lista.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="76"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="48"/>
         <source>This set cannot be changed: choose another one.</source>
         <translation>Este conjunto no se puede cambiar: elija otro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="77"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="49"/>
         <source>The camera starts with this set already, or cannot start with it.</source>
         <translation>La cámara ya arranca con este conjunto, o no puede arrancar con él.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="78"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="50"/>
         <source>Nothing was edited.</source>
         <translation>No se ha editado nada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="79"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="51"/>
         <source>This control is the first one already.</source>
         <translation>Este control ya es el primero.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="80"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="52"/>
         <source>This control is the last one already.</source>
         <translation>Este control ya es el último.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="81"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="53"/>
         <source>This is the first page.</source>
         <translation>Esta es la primera página.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="82"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="54"/>
         <source>There are too few views yet.</source>
         <translation>Aún hay muy pocas vistas.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="83"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="317"/>
         <source>Tick the box above first.</source>
         <translation>Marque antes la casilla de arriba.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="84"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="55"/>
         <source>A chessboard has no markers.</source>
         <translation>Un tablero de ajedrez no tiene marcadores.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="85"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="325"/>
         <source>A single marker has no rows and columns.</source>
         <translation>Un solo marcador no tiene filas ni columnas.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="86"/>
+        <location filename="../../grabbergui/servo/ui/hand_eye_dialog.py" line="276"/>
         <source>The name is published: stop publishing it first.</source>
         <translation>El nombre está publicado: deje antes de publicarlo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="87"/>
+        <location filename="../../grabbergui/servo/ui/servo_window.py" line="286"/>
         <source>Hand and eye of this robot cannot be calibrated here.</source>
         <translation>Aquí no se pueden calibrar mano y ojo de este robot.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/open_source.py" line="88"/>
+        <location filename="../../grabbergui/models/unavailable.py" line="56"/>
         <source>The camera does not offer this now.</source>
         <translation>La cámara no lo ofrece ahora.</translation>
+    </message>
+</context>
+<context>
+    <name>LastFramesController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/last_frames.py" line="38"/>
+        <source>there is no frame to save yet; start the camera first</source>
+        <translation>todavía no hay ningún fotograma que guardar; inicie antes la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/last_frames.py" line="42"/>
+        <source>Saving the last {0} frames</source>
+        <translation>Guardando los últimos {0} fotogramas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/last_frames.py" line="42"/>
+        <source>Saving the last frame</source>
+        <translation>Guardando el último fotograma</translation>
     </message>
 </context>
 <context>
@@ -2934,47 +3142,47 @@ It {1}.</source>
 <context>
     <name>LutController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="94"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="96"/>
         <source>Reading the look-up table</source>
         <translation>Leyendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="153"/>
         <source>Tables (*.csv *.txt *.bin *.raw);;All files (*)</source>
         <translation>Tablas (*.csv *.txt *.bin *.raw);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="152"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="154"/>
         <source>Load a look-up table</source>
         <translation>Cargar una tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="163"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="165"/>
         <source>Comma-separated values (*.csv);;16-bit values (*.bin)</source>
         <translation>Valores separados por comas (*.csv);;Valores de 16 bits (*.bin)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="164"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="166"/>
         <source>Save the look-up table</source>
         <translation>Guardar la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="166"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="168"/>
         <source>Saved {0}</source>
         <translation>Se guardó {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="184"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="186"/>
         <source>The camera has the new look-up table</source>
         <translation>La cámara tiene la nueva tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="199"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="201"/>
         <source>Writing the look-up table</source>
         <translation>Escribiendo la tabla de consulta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/lut.py" line="211"/>
+        <location filename="../../grabbergui/ui/controllers/lut.py" line="213"/>
         <source>Switching the look-up table</source>
         <translation>Conmutando la tabla de consulta</translation>
     </message>
@@ -3115,869 +3323,954 @@ It {1}.</source>
         <translation>grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="31"/>
         <source>&amp;Camera</source>
         <translation>&amp;Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="56"/>
         <source>&amp;Edit</source>
         <translation>&amp;Editar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="62"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="61"/>
         <source>&amp;Image</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="77"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="83"/>
         <source>&amp;View</source>
         <translation>&amp;Ver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="85"/>
         <source>&amp;Theme</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="117"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="128"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="130"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="141"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="149"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="161"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="174"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="180"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="185"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="191"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="198"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="205"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="212"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
         <source>Undo the last change</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="230"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
         <source>Redo the change that was undone last</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
         <source>Connect to the chosen source</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>Close the current source</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
         <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
         <source>&amp;Next open source</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
         <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="264"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="269"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="269"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="281"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="299"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="304"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
         <source>Load settings from a file, and show the outcome of each</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="338"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>Show the whole image</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>One screen pixel for each pixel of the image</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Pause the image; the last frames can be stepped through</source>
         <translation>Pausar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="369"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>Show the previous frame; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>Show the next frame</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="382"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="394"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="434"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="435"/>
         <source>Mark the middle of the image</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="434"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
         <source>Divide the image into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="435"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="454"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="462"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="467"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="473"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="486"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="487"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="488"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="491"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="508"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="509"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="480"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="483"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="513"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="484"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="514"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="514"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="544"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="515"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="545"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="518"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="548"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="522"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="552"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="526"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="556"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="530"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="560"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="302"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="354"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="85"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="91"/>
         <source>Orie&amp;ntation</source>
         <translation>&amp;Orientación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="94"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="100"/>
         <source>Colours of gre&amp;y images</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
         <source>Set exposure time and gain by the whole image, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="410"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="411"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="410"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
         <source>Set the white balance by the whole image, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="411"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
         <source>Show the differences of two files, and load the values of either</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>Draw the part of the sensor that the camera sends; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="488"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="518"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="519"/>
         <source>Read a camera_info file, and show the image without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="492"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="522"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="523"/>
         <source>Show the image without the lens&apos;s distortion; the camera and saved frames do not change</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="497"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="527"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="498"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="528"/>
         <source>Open the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="531"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="502"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="532"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="503"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="533"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="506"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="536"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="507"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="537"/>
         <source>Check this computer for the usual problems with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
         <source>Connect to the chosen source without starting it, to set format and region first</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
         <source>Connect wit&amp;hout starting</source>
         <translation>Conectar sin inici&amp;ar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="97"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="103"/>
         <source>&amp;Polarised mosaic</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="324"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="386"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="325"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="387"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="326"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="388"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="327"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="389"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
         <source>Save the newest frame at full resolution, each of its components: PNG, or TIFF for more than 8 bits</source>
         <translation>Guarda el último fotograma a resolución completa, cada uno de sus componentes: PNG, o TIFF con más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="299"/>
         <source>Save point &amp;cloud</source>
         <translation>Guardar nube de p&amp;untos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="295"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
         <source>Save the points of the newest frame&apos;s range image as PLY, in millimetres</source>
         <translation>Guarda los puntos de la imagen de distancias del último fotograma en PLY, en milímetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="295"/>
         <source>Point clou&amp;d…</source>
         <translation>N&amp;ube de puntos…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
         <source>Show the points of the range image in a window, to turn with the mouse</source>
         <translation>Muestra en una ventana los puntos de la imagen de distancias, que se giran con el ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
         <source>&amp;Sensor has polarisers</source>
         <translation>El &amp;sensor tiene polarizadores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
         <source>Ticked automatically if the camera's features say so. Sony's arrangement of 90°, 45° over 135°, 0° is assumed.</source>
         <translation>Se marca solo cuando las características de la cámara lo indican. Se supone la disposición de Sony: 90°, 45° sobre 135°, 0°.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="338"/>
         <source>Loo&amp;k-up table…</source>
         <translation>&amp;Tabla de consulta…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="339"/>
         <source>Show the camera&apos;s look-up table as a curve, edit it, and write it to the camera</source>
         <translation>Muestra la tabla de consulta de la cámara como una curva, para editarla y escribirla en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="283"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="338"/>
         <source>Close this panel; to open it again: {0}</source>
         <translation>Cerrar este panel; para volver a abrirlo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="510"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="540"/>
         <source>&amp;Report this camera…</source>
         <translation>&amp;Informe de esta cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="511"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="541"/>
         <source>Write all about the camera to one file, to attach to a bug report</source>
         <translation>Escribir todo sobre la cámara en un archivo, para adjuntarlo a un informe de error</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="63"/>
+        <source>Snapshot for&amp;mat</source>
+        <translation>For&amp;mato de captura</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="106"/>
+        <source>Cameras &amp;side by side</source>
+        <translation>Cámaras &amp;juntas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
+        <source>Expose</source>
+        <translation>Exponer</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
+        <source>White balance</source>
+        <translation>Balance de blancos</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="472"/>
+        <source>Show the image alone; exposure and gain appear when the mouse moves, Esc returns</source>
+        <translation>Mostrar solo la imagen; la exposición y la ganancia aparecen al mover el ratón, Esc vuelve</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
+        <source>Cop&amp;y what is shown</source>
+        <translation>Cop&amp;iar lo que se ve</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <source>Copy the visible part of the image, as it is on the screen, to the clipboard</source>
+        <translation>Copiar al portapapeles la parte visible de la imagen, tal como está en la pantalla</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
+        <source>Ctrl+Shift+C</source>
+        <translation>Ctrl+Shift+C</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
+        <source>Reset &amp;layout</source>
+        <translation>Restablecer disposició&amp;n</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="483"/>
+        <source>Put all panels back where they were at the first start</source>
+        <translation>Devolver todos los paneles al lugar del primer arranque</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="495"/>
+        <source>Sha&amp;re…</source>
+        <translation>Compar&amp;tir…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="496"/>
+        <source>Share the camera on YARP or ROS 2</source>
+        <translation>Compartir la cámara en YARP o ROS 2</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="500"/>
+        <source>Frame &amp;data…</source>
+        <translation>&amp;Datos del fotograma…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="501"/>
+        <source>Number, times and chunk data of the shown frame</source>
+        <translation>Número, tiempos y datos de chunk del fotograma mostrado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="504"/>
+        <source>Sa&amp;ve the last frames</source>
+        <translation>Guardar los ú&amp;ltimos fotogramas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="505"/>
+        <source>Save the frames that Pause steps through, in a folder of their own</source>
+        <translation>Guardar los fotogramas que recorre Pausa, en una carpeta propia</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="365"/>
+        <source>&amp;{0}</source>
+        <translation>&amp;{0}</translation>
     </message>
 </context>
 <context>
@@ -3996,12 +4289,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="127"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="156"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -4037,7 +4330,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_line.py" line="134"/>
+        <location filename="../../grabbergui/ui/widgets/message_line.py" line="135"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -4045,7 +4338,7 @@ It {1}.</source>
 <context>
     <name>Messages</name>
     <message>
-        <location filename="../../grabbergui/models/source_messages.py" line="39"/>
+        <location filename="../../grabbergui/models/source_messages.py" line="41"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
@@ -4053,12 +4346,12 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="211"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="219"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_editors.py" line="211"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="219"/>
         <source>“{0}” is not a number in {1}</source>
         <translation>«{0}» no es un número en {1}</translation>
     </message>
@@ -4091,7 +4384,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="344"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="351"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -4099,7 +4392,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="180"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="181"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -4127,7 +4420,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="274"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="281"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -4187,7 +4480,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="274"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="281"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
@@ -4195,7 +4488,7 @@ It {1}.</source>
 <context>
     <name>PointCloudDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="341"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="371"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
@@ -4203,12 +4496,12 @@ It {1}.</source>
 <context>
     <name>PointCloudView</name>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="307"/>
         <source>Point cloud</source>
         <translation>Nube de puntos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/image_view.py" line="278"/>
+        <location filename="../../grabbergui/ui/views/image_view.py" line="308"/>
         <source>Drag to turn, wheel to zoom</source>
         <translation>Arrastre para girar; la rueda amplía</translation>
     </message>
@@ -4236,12 +4529,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="256"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="251"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="238"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="235"/>
         <source>Draw a line through the image to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -4259,90 +4552,95 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="286"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="366"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="302"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="382"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="302"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="382"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="294"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="374"/>
         <source>{0} could not be opened: {1}</source>
         <translation>{0} no se pudo abrir: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="297"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="377"/>
         <source>Snapshots are in {0}; no file manager could be started</source>
         <translation>Las capturas están en {0}; no se pudo abrir un gestor de archivos</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/run/program.py" line="205"/>
+        <source>{0} cannot be written: the window will forget its arrangement and your choices</source>
+        <translation>No se puede escribir {0}: la ventana olvidará su disposición y sus elecciones</translation>
     </message>
 </context>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="189"/>
+        <location filename="../../grabbergui/models/recording.py" line="190"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="181"/>
+        <location filename="../../grabbergui/models/recording.py" line="182"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="177"/>
+        <location filename="../../grabbergui/models/recording.py" line="178"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="191"/>
+        <location filename="../../grabbergui/models/recording.py" line="192"/>
         <source>; {0} frames recorded by then are kept</source>
         <translation>; se conservan las {0} imágenes grabadas hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="191"/>
+        <location filename="../../grabbergui/models/recording.py" line="192"/>
         <source>; 1 frame recorded by then is kept</source>
         <translation>; se conserva 1 imagen grabada hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="196"/>
+        <location filename="../../grabbergui/models/recording.py" line="197"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="183"/>
+        <location filename="../../grabbergui/models/recording.py" line="184"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="149"/>
+        <location filename="../../grabbergui/models/recording.py" line="150"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="152"/>
+        <location filename="../../grabbergui/models/recording.py" line="153"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="155"/>
+        <location filename="../../grabbergui/models/recording.py" line="156"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="155"/>
+        <location filename="../../grabbergui/models/recording.py" line="156"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording.py" line="158"/>
+        <location filename="../../grabbergui/models/recording.py" line="159"/>
         <source>recorded {0} to {1}</source>
         <translation>grabación de {0} en {1}</translation>
     </message>
@@ -4350,7 +4648,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="126"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="125"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -4425,7 +4723,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="190"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="189"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -4440,17 +4738,17 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="168"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
@@ -4465,57 +4763,47 @@ It {1}.</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="126"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="125"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="137"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="140"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="145"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="144"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="164"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="165"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="173"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="172"/>
-        <source>Movie, smaller (HEVC)</source>
-        <translation>Vídeo, más pequeño (HEVC)</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="173"/>
-        <source>Movie, smallest (AV1)</source>
-        <translation>Vídeo, el más pequeño (AV1)</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="138"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="137"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="142"/>
         <source>first image of {0}</source>
         <translation>primera imagen de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bars.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="140"/>
         <source>1 dropped</source>
         <translation>1 descartada</translation>
     </message>
@@ -4529,36 +4817,46 @@ It {1}.</source>
         <source>NumPy array (.npy)</source>
         <translation>Matriz de NumPy (.npy)</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="146"/>
+        <source>for {0}</source>
+        <translation>para {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bars.py" line="170"/>
+        <source>ROS 2 bag (folder)</source>
+        <translation>Bag de ROS 2 (carpeta)</translation>
+    </message>
 </context>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="123"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="124"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="94"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="94"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="95"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="95"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="96"/>
         <source>Continue recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="88"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -4566,19 +4864,47 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="216"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="217"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="209"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="210"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="190"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="191"/>
         <source>there is no image yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
         <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
+    </message>
+</context>
+<context>
+    <name>Remote</name>
+    <message>
+        <location filename="../../grabbergui/models/remote_source.py" line="40"/>
+        <source>{0} from {1}</source>
+        <translation>{0} desde {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/remote_source.py" line="41"/>
+        <source>A remote camera: {0} over {1}.</source>
+        <translation>Una cámara remota: {0} por {1}.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/remote_source.py" line="50"/>
+        <source>under {0} s old</source>
+        <translation>hace menos de {0} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/remote_source.py" line="51"/>
+        <source>{0} s old</source>
+        <translation>hace {0} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/remote_source.py" line="42"/>
+        <source>The shown image is {0}.</source>
+        <translation>Imagen mostrada: {0}.</translation>
     </message>
 </context>
 <context>
@@ -4645,12 +4971,12 @@ It {1}.</source>
 <context>
     <name>RobotView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="108"/>
+        <location filename="../../grabbergui/servo/ui/robot_view.py" line="106"/>
         <source>Drag to rotate, wheel to zoom, double-click to reset</source>
         <translation>Arrastrar para girar, rueda para acercarse, doble clic para volver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="163"/>
+        <location filename="../../grabbergui/servo/ui/robot_view.py" line="161"/>
         <source>The robot has not answered yet</source>
         <translation>El robot todavía no ha respondido</translation>
     </message>
@@ -4669,19 +4995,32 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Section</name>
+    <message>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="192"/>
+        <source>Expand all</source>
+        <translation>Expandir todo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="193"/>
+        <source>Collapse all</source>
+        <translation>Contraer todo</translation>
+    </message>
+</context>
+<context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="129"/>
+        <location filename="../../grabbergui/servo/ui/servo_controller.py" line="128"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="129"/>
+        <location filename="../../grabbergui/servo/ui/servo_controller.py" line="128"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="163"/>
+        <location filename="../../grabbergui/servo/ui/servo_controller.py" line="162"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -4689,172 +5028,172 @@ It {1}.</source>
 <context>
     <name>ServoWindow</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="6"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="6"/>
         <source>Visual servoing</source>
         <translation>Control visual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="24"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="24"/>
         <source>The states of the loop; the current one is lit</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="43"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="43"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="50"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="50"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="51"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="51"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="81"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="81"/>
         <source>History of states</source>
         <translation>Historial de estados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="87"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="87"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="88"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="88"/>
         <source>State</source>
         <translation>Estado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="89"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="89"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="95"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="95"/>
         <source>&amp;Head gain</source>
         <translation>Ganancia de la &amp;cabeza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="98"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="98"/>
         <source>Speed of the head for each radian off centre</source>
         <translation>Velocidad de la cabeza por cada radián de desviación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="114"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="114"/>
         <source> /s</source>
         <translation> /s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="103"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="103"/>
         <source>Head at &amp;most</source>
         <translation>Cabeza como &amp;máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="106"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="106"/>
         <source> °/s</source>
         <translation> °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="110"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="110"/>
         <source>&amp;Arm gain</source>
         <translation>Ganancia del &amp;brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="113"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="113"/>
         <source>Speed of the hand for each metre and radian of error</source>
         <translation>Velocidad de la mano por cada metro y radián de error</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="118"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="118"/>
         <source>Han&amp;d at most</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="121"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="121"/>
         <source> mm/s</source>
         <translation> mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="125"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="125"/>
         <source>&amp;Rate</source>
         <translation>&amp;Frecuencia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="128"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="128"/>
         <source>Commands per second</source>
         <translation>Órdenes por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="129"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="129"/>
         <source> Hz</source>
         <translation> Hz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="70"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="70"/>
         <source>Live image</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="154"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="154"/>
         <source>The robot in space</source>
         <translation>El robot en el espacio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="44"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="44"/>
         <source>Let the robot move</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="241"/>
+        <location filename="../../grabbergui/servo/ui/servo_window.py" line="241"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="242"/>
+        <location filename="../../grabbergui/servo/ui/servo_window.py" line="242"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="243"/>
+        <location filename="../../grabbergui/servo/ui/servo_window.py" line="243"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="244"/>
+        <location filename="../../grabbergui/servo/ui/servo_window.py" line="244"/>
         <source>Rotation of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="133"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="133"/>
         <source>S&amp;peed</source>
         <translation>&amp;Velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="136"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="136"/>
         <source>All motion is slowed down to this share of its speed</source>
         <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="137"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="137"/>
         <source> %</source>
         <translation> %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="37"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="37"/>
         <source>Hand–&amp;eye…</source>
         <translation>Mano-&amp;ojo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="38"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="38"/>
         <source>Calibrate where the camera is mounted: the loop ends, and the robot looks at a board from several poses</source>
         <translation>Calibrar dónde está la cámara: el lazo termina y el robot mira un tablero desde varias posturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
+        <location filename="../../grabbergui/servo/ui/forms/servo.ui" line="31"/>
         <source>What is measured of the hand, and the limits that it keeps</source>
         <translation>Lo que se mide de la mano y los límites que respeta</translation>
     </message>
@@ -4862,52 +5201,52 @@ It {1}.</source>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="305"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="303"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="306"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="304"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="307"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="305"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="308"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="306"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="310"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="308"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="311"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="309"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="312"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="310"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="313"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="311"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="309"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="307"/>
         <source>following</source>
         <translation>siguiendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="281"/>
+        <location filename="../../grabbergui/servo/models/servoing.py" line="279"/>
         <source>Hand: {0} of {1} mm/s, {2} of {3} °/s, {4} mm inside its workspace</source>
         <translation>Mano: {0} de {1} mm/s, {2} de {3} °/s, {4} mm dentro de su espacio de trabajo</translation>
     </message>
@@ -4915,42 +5254,42 @@ It {1}.</source>
 <context>
     <name>Settings</name>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="151"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="155"/>
         <source>the stream does not start again: {0}</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="255"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="261"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="295"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="307"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="299"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="311"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="271"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="279"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="232"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="238"/>
         <source>the camera reports {0}</source>
         <translation>la cámara indica {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="165"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="169"/>
         <source>interrupted: {0}</source>
         <translation>interrumpido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="225"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="231"/>
         <source>the camera was lost during this write: it may have either value</source>
         <translation>la cámara se perdió durante esta escritura: puede tener cualquiera de los dos valores</translation>
     </message>
@@ -4968,7 +5307,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="179"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -4978,27 +5317,27 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="170"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="181"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="196"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="206"/>
         <source>(not in this file)</source>
         <translation>(no está)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="170"/>
         <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
         <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="170"/>
         <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
@@ -5006,87 +5345,87 @@ It {1}.</source>
 <context>
     <name>SettingsFilesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="61"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="64"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="96"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="99"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="101"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="104"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="106"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="109"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="173"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="176"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="160"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="163"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="208"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="211"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="111"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="114"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="111"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="114"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="137"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="162"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="165"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="175"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="178"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="209"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="212"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="131"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="134"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="131"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="134"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="132"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="135"/>
         <source>Saved {0} to {1}</source>
         <translation>Guardado: {0} en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="204"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="207"/>
         <source>Not rolled back: {0}</source>
         <translation>No revertido: {0}</translation>
     </message>
@@ -5109,104 +5448,346 @@ It {1}.</source>
         <translation>Archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="24"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="31"/>
         <source>Show &amp;equal settings</source>
         <translation>Mostrar lo que era i&amp;gual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
         <source>&amp;Apply to the camera</source>
         <translation>&amp;Aplicar a la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
         <source>&amp;Roll back</source>
         <translation>&amp;Revertir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="37"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="106"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="104"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="107"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
-        <source>Camera</source>
-        <translation>Cámara</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="104"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="101"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="102"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="60"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="61"/>
         <source>Settings already written are restored when the camera is back, the others are not</source>
         <translation>Lo escrito se vuelve a ajustar cuando la cámara regrese; el resto no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="105"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="108"/>
         <source>not written</source>
         <translation>no escrito</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
+        <source>Before</source>
+        <translation>Antes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
+        <source>Now</source>
+        <translation>Ahora</translation>
+    </message>
+</context>
+<context>
+    <name>ShareDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="6"/>
+        <source>Share the camera</source>
+        <translation>Compartir la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="18"/>
+        <source>Others receive images and values, and cannot change anything</source>
+        <translation>Los demás reciben imágenes y valores, y no pueden cambiar nada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="19"/>
+        <source>Others may only &amp;look</source>
+        <translation>Los demás so&amp;lo pueden mirar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="26"/>
+        <source>&amp;Connected</source>
+        <translation>C&amp;onectados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="33"/>
+        <source>Connected programs</source>
+        <translation>Programas conectados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="36"/>
+        <source>Program</source>
+        <translation>Programa</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="37"/>
+        <source>Takes</source>
+        <translation>Recibe</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="38"/>
+        <source>From</source>
+        <translation>Desde</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="39"/>
+        <source>Port or topic</source>
+        <translation>Puerto o tema</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="44"/>
+        <source>C&amp;hanged by others</source>
+        <translation>Ca&amp;mbiado por otros</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="51"/>
+        <source>Changes by others</source>
+        <translation>Cambios de otros</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="60"/>
+        <source>Close this dialog; the camera stays shared</source>
+        <translation>Cerrar este diálogo; la cámara sigue compartida</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_dialog.ui" line="61"/>
+        <source>Close</source>
+        <translation>Cerrar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="167"/>
+        <source>{0}: others see its image and settings while this window is open.</source>
+        <translation>{0}: los demás ven su imagen y sus ajustes mientras esta ventana esté abierta.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="168"/>
+        <source>No camera is open.</source>
+        <translation>No hay ninguna cámara abierta.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="210"/>
+        <source>no images</source>
+        <translation>sin imágenes</translation>
+    </message>
+</context>
+<context>
+    <name>ShareNetworkBox</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="9"/>
+        <source>Name</source>
+        <translation>Nombre</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="100"/>
+        <source>Share</source>
+        <translation>Compartir</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="22"/>
+        <source>Name server</source>
+        <translation>Servidor de nombres</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="28"/>
+        <source>HOST:PORT of the YARP name server; empty: the one that YARP is configured for</source>
+        <translation>EQUIPO:PUERTO del servidor de nombres de YARP; vacío: el que YARP tiene configurado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="29"/>
+        <source>as YARP is configured</source>
+        <translation>según la configuración de YARP</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="34"/>
+        <source>Run a name server in this window: for this computer, or at the address of this computer that you write. It ends with the window</source>
+        <translation>Ejecutar un servidor de nombres en esta ventana: para este ordenador, o en la dirección de este ordenador que escriba. Termina con la ventana</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="35"/>
+        <source>Run it here</source>
+        <translation>Ejecutarlo aquí</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="40"/>
+        <source>Domain</source>
+        <translation>Dominio</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/share_network.ui" line="46"/>
+        <source>Only nodes of the same domain see the camera</source>
+        <translation>Solo los nodos del mismo dominio ven la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="61"/>
+        <source>as ROS_DOMAIN_ID</source>
+        <translation>según ROS_DOMAIN_ID</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="73"/>
+        <source>The port&apos;s name</source>
+        <translation>Nombre del puerto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="73"/>
+        <source>The node&apos;s name, which prefixes its topics</source>
+        <translation>Nombre del nodo, que precede a sus temas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="100"/>
+        <source>Stop</source>
+        <translation>Detener</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="112"/>
+        <source>Run a name server here</source>
+        <translation>Ejecutar aquí un servidor de nombres</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="114"/>
+        <source>Copy the command</source>
+        <translation>Copiar la orden</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="120"/>
+        <source>Starting…</source>
+        <translation>Iniciando…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/share_dialog.py" line="122"/>
+        <source>Stopping…</source>
+        <translation>Deteniendo…</translation>
+    </message>
+</context>
+<context>
+    <name>Sharing</name>
+    <message>
+        <location filename="../../grabbergui/models/share.py" line="112"/>
+        <source>{0:.1f} images/s · {1:.1f} MB/s</source>
+        <translation>{0:.1f} imágenes/s · {1:.1f} MB/s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/share.py" line="244"/>
+        <source>no YARP name server answers at {0}</source>
+        <translation>ningún servidor de nombres de YARP responde en {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/share.py" line="247"/>
+        <source>ROS 2 is not installed; this command installs it: {0}</source>
+        <translation>ROS 2 no está instalado; esta orden lo instala: {0}</translation>
+    </message>
+</context>
+<context>
+    <name>SharingController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="96"/>
+        <source>{0} and {1} more</source>
+        <translation>{0} y {1} más</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="97"/>
+        <source>Others read this camera: {0}</source>
+        <translation>Otros leen esta cámara: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="97"/>
+        <source>They receive no more images.</source>
+        <translation>Dejarán de recibir imágenes.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="103"/>
+        <source>Share</source>
+        <translation>Compartir</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="104"/>
+        <source>Stop sharing</source>
+        <translation>Dejar de compartir</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="105"/>
+        <source>Keep sharing</source>
+        <translation>Seguir compartiendo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="195"/>
+        <source>Share this camera with other programs and computers</source>
+        <translation>Compartir esta cámara con otros programas y ordenadores</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="198"/>
+        <source>Shared ({0})</source>
+        <translation>Compartida ({0})</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sharing.py" line="199"/>
+        <source>Shared on {0}</source>
+        <translation>Compartida en {0}</translation>
     </message>
 </context>
 <context>
@@ -5227,9 +5808,27 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="195"/>
         <source>Shift</source>
         <translation>Mayús</translation>
+    </message>
+</context>
+<context>
+    <name>SnapshotKindController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/snapshot_kind.py" line="19"/>
+        <source>PNG, or TIFF above 8 bits</source>
+        <translation>PNG, o TIFF con más de 8 bits</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/snapshot_kind.py" line="20"/>
+        <source>TIFF, the sensor&apos;s values</source>
+        <translation>TIFF, los valores del sensor</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/snapshot_kind.py" line="21"/>
+        <source>Raw payload with a description</source>
+        <translation>Datos sin procesar con una descripción</translation>
     </message>
 </context>
 <context>
@@ -5270,166 +5869,216 @@ It {1}.</source>
         <translation>F5</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="44"/>
         <source>Sources found; a double click or Enter connects</source>
         <translation>Fuentes halladas; un doble clic o Intro conecta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="45"/>
         <source>Sources found</source>
         <translation>Fuentes halladas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="58"/>
         <source>A real camera appears here once it is plugged in. If it does not, type its address above.</source>
         <translation>Una cámara real aparece aquí cuando se conecta. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="62"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="68"/>
         <source>Connect to the chosen source, or disconnect</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="379"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="69"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="75"/>
         <source>Open the chosen source in a tile; the current one stays open</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="301"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="308"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="341"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="379"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="332"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="379"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="343"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="391"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="344"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="392"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="345"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="393"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="346"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="394"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="347"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="395"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="348"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="396"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="349"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="397"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="350"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="398"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="351"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="399"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="299"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="330"/>
         <source>Connect without starting</source>
         <translation>Conectar sin iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="303"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="334"/>
         <source>Connect with a description file…</source>
         <translation>Conectar con un archivo de descripción…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="339"/>
+        <source>IP address…</source>
+        <translation>Dirección IP…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="400"/>
+        <source>did not open</source>
+        <translation>no se abrió</translation>
     </message>
 </context>
 <context>
     <name>Sources</name>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="53"/>
+        <location filename="../../grabbergui/models/sources.py" line="56"/>
         <source>serial {0}</source>
         <translation>n.º de serie {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="58"/>
+        <location filename="../../grabbergui/models/sources.py" line="61"/>
         <source>lost, reconnecting</source>
         <translation>perdida, reconectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="60"/>
+        <location filename="../../grabbergui/models/sources.py" line="63"/>
         <source>connected</source>
         <translation>conectada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="62"/>
+        <location filename="../../grabbergui/models/sources.py" line="67"/>
         <source>added by hand</source>
         <translation>añadida a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="70"/>
+        <location filename="../../grabbergui/models/sources.py" line="75"/>
         <source>Simulated</source>
         <translation>Simulada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/sources.py" line="71"/>
+        <location filename="../../grabbergui/models/sources.py" line="76"/>
         <source>File</source>
         <translation>Archivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="59"/>
+        <source>not connected</source>
+        <translation>no conectada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/sources.py" line="65"/>
+        <source>did not open</source>
+        <translation>no se abrió</translation>
     </message>
 </context>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="157"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="196"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="117"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="153"/>
         <source>GenICam descriptions (*.xml *.zip)</source>
         <translation>Descripciones GenICam (*.xml *.zip)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="154"/>
         <source>Description of this camera</source>
         <translation>Descripción de esta cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="115"/>
+        <source>The other program receives no more images: a recording there ends.</source>
+        <translation>El otro programa deja de recibir imágenes: una grabación allí termina.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="117"/>
+        <source>It is recording {0}; the recording ends.</source>
+        <translation>Está grabando {0}; la grabación termina.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="118"/>
+        <source>another program</source>
+        <translation>otro programa</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="119"/>
+        <source>Take control of {0} from {1}?</source>
+        <translation>¿Tomar el control de {0} a {1}?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="125"/>
+        <source>Take control</source>
+        <translation>Tomar el control</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="126"/>
+        <source>Leave it there</source>
+        <translation>Dejarlo allí</translation>
     </message>
 </context>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="102"/>
+        <location filename="../../grabbergui/servo/ui/servo_window.py" line="107"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -5492,22 +6141,22 @@ It {1}.</source>
         <translation>Perdida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="151"/>
+        <location filename="../../grabbergui/models/status.py" line="156"/>
         <source>{0} fps</source>
         <translation>{0} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="153"/>
+        <location filename="../../grabbergui/models/status.py" line="158"/>
         <source>{0}, losing frames</source>
         <translation>{0}, pierde imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="162"/>
+        <location filename="../../grabbergui/models/status.py" line="167"/>
         <source>● Recording</source>
         <translation>● Grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="164"/>
+        <location filename="../../grabbergui/models/status.py" line="169"/>
         <source>connection lost</source>
         <translation>conexión perdida</translation>
     </message>
@@ -5515,49 +6164,54 @@ It {1}.</source>
 <context>
     <name>StatusController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="99"/>
         <source>The camera does not answer; its last known settings are shown until it is back.</source>
         <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="142"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="147"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="148"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="149"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="150"/>
         <source>Waiting for a trigger</source>
         <translation>Esperando un disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="151"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="153"/>
         <source>The image goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="182"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="186"/>
         <source>Trigger off</source>
         <translation>Quitar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="184"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="188"/>
         <source>Send trigger</source>
         <translation>Enviar disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="185"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="189"/>
         <source>frames arrive when triggered by {0}</source>
         <translation>las imágenes llegan con disparo por {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="142"/>
         <source>Choose one of the sources (F8), or type its address; sim: is the simulated camera.</source>
         <translation>Elija una de las fuentes (F8) o escriba su dirección; sim: es la cámara simulada.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="155"/>
+        <source>The image goes to the program that has control: {0}.</source>
+        <translation>La imagen va al programa que tiene el control: {0}.</translation>
     </message>
 </context>
 <context>
@@ -5573,110 +6227,135 @@ It {1}.</source>
         <translation>Conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="49"/>
         <source>Resolution and pixel format of the newest frame</source>
         <translation>Resolución y formato de píxel de la última imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="50"/>
         <source>Resolution and pixel format</source>
         <translation>Resolución y formato de píxel</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="57"/>
         <source>Frames per second from the camera, and images painted</source>
         <translation>Imágenes por segundo de la cámara y dibujadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="58"/>
         <source>Frame rates</source>
         <translation>Frecuencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="65"/>
         <source>Payload received per second</source>
         <translation>Datos recibidos por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="66"/>
         <source>Bandwidth</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="81"/>
-        <source>{0:.1f} fps · {1:.0f} shown</source>
-        <translation>{0:.1f} im/s · {1:.0f} en pantalla</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="63"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="73"/>
         <source>Lost and incomplete frames, resent packets</source>
         <translation>Imágenes perdidas e incompletas, paquetes reenviados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="41"/>
+        <source>Samples of the whole frame at the ends of the sensor’s range; a click marks them in the image (X)</source>
+        <translation>Muestras de todo el fotograma en los extremos del rango del sensor; un clic las marca en la imagen (X)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="88"/>
+        <source>Screen pixels for each pixel of the image</source>
+        <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="89"/>
+        <source>Zoom</source>
+        <translation>Ampliación</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="86"/>
+        <source>{0} fps · {1} shown</source>
+        <translation>{0} fps · {1} mostrados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="105"/>
+        <source>Clipping</source>
+        <translation>Recorte</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="110"/>
+        <source> · fitted</source>
+        <translation> · encajada</translation>
     </message>
 </context>
 <context>
     <name>StreamHealth</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="87"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="88"/>
         <source>more arrives than this computer can take</source>
         <translation>llega más de lo que este ordenador puede recibir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="101"/>
         <source>{0} resent</source>
         <translation>{0} reenviados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="112"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="113"/>
         <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
         <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="117"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="118"/>
         <source>Frames dropped because they were not taken in time: {0}</source>
         <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="120"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="121"/>
         <source>Packets: {0}, resent {1}, never arrived {2}</source>
         <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
         <source>1 lost</source>
         <translation>1 perdida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="90"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
         <source>{0} lost</source>
         <translation>{0} perdidas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="92"/>
         <source>1 incomplete</source>
         <translation>1 incompleta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="91"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="92"/>
         <source>{0} incomplete</source>
         <translation>{0} incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="98"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="99"/>
         <source>{0:.1%} resent</source>
         <translation>{0:.1%} reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="101"/>
         <source>1 resent</source>
         <translation>1 reenviado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="126"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="127"/>
         <source>All waiting packets discarded: {0}×; choose larger packets or a lower frame rate</source>
         <translation>Descartados todos los paquetes en espera: {0}×; elija paquetes más grandes o una frecuencia más baja</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="123"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="124"/>
         <source>Packets refused, as they did not come from the camera: {0}</source>
         <translation>Paquetes rechazados por no venir de la cámara: {0}</translation>
     </message>
@@ -5815,22 +6494,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="93"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="98"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="114"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="115"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="116"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -5838,47 +6517,47 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="266"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="280"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="295"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="309"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="299"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="313"/>
         <source>Saved the current settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="300"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="314"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="303"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="317"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="304"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="318"/>
         <source>Writing to the camera</source>
         <translation>Escribiendo en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="290"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="304"/>
         <source>1 setting</source>
         <translation>1 ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="290"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="304"/>
         <source>{0} settings</source>
         <translation>{0} ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="291"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="305"/>
         <source>Loaded {0}: changed {1}</source>
         <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>
@@ -5967,22 +6646,22 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="214"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="219"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="231"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="236"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="278"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="283"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="277"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="282"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
@@ -6065,7 +6744,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="303"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>

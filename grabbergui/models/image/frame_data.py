@@ -22,7 +22,7 @@ def frame_rows(frame: Frame) -> list[tuple[str, str]]:
         (translate("FrameData", "Size"), f"{frame.width} × {frame.height}"),
         (translate("FrameData", "Pixel format"), str(frame.pixel_format)),
         (translate("FrameData", "Offset"), f"{frame.offset_x}, {frame.offset_y}"),
-        (translate("FrameData", "Payload"), translate("FrameData", "{0} bytes").format(frame.payload.nbytes)),
+        (translate("FrameData", "Payload"), _bytes_text(frame.payload.nbytes)),
         (translate("FrameData", "Completeness"), _completeness(frame)),
     ]
     if frame.stream_channel:
@@ -30,6 +30,10 @@ def frame_rows(frame: Frame) -> list[tuple[str, str]]:
     if frame.file_name:
         rows.append((translate("FrameData", "File"), shortened(frame.file_name, MOST_TEXT)))
     return [*rows, *((name, _chunk_text(value)) for name, value in sorted(frame.chunks.items()))]
+
+
+def _bytes_text(count: int) -> str:
+    return counted(count, translate("FrameData", "1 byte"), translate("FrameData", "{0} bytes"))
 
 
 def _time_text(received_ns: int) -> str:

@@ -6,6 +6,7 @@ from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QAction
 
 from grabbergui.models.frame_history import FrameHistory
+from grabbergui.models.language import counted
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording.snapshot import SnapshotWriter
@@ -38,5 +39,7 @@ class LastFramesController(QObject):
             return
         preferences = self._preferences
         folder, kind = preferences.snapshot_folder, preferences.snapshot_kind
-        self._messages.notice(self.tr("Saving the last {0} frames").format(len(frames)))
+        self._messages.notice(
+            counted(len(frames), self.tr("Saving the last frame"), self.tr("Saving the last {0} frames"))
+        )
         self._snapshots.save_all(frames, folder, source.grabber.info, kind)

@@ -32,7 +32,7 @@ from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.drawing import BAD, GOOD, Drawing, Stroke, crosses
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import BoardPreview, CalibrationSolution, Preview, verdict_text
-from grabbergui.models.language import localized
+from grabbergui.models.language import counted, localized
 from grabbergui.models.markup import markup, table
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
@@ -297,7 +297,7 @@ class CalibrationDialog(CalibratingDialog):
             return
         self.question = box = question_box(
             self,
-            self.tr("Discard {0} views?").format(self.unsaved),
+            counted(self.unsaved, self.tr("Discard the view?"), self.tr("Discard {0} views?")),
             self.tr("The calibration that is computed from them has not been saved."),
         )
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
