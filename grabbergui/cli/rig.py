@@ -30,6 +30,20 @@ CHECK_SECONDS = 3.0
 "How long `check` watches the stream, unless told otherwise."
 
 
+AFTER = 1.0
+"Seconds for which a recording goes on after what released it."
+OPTIONS_OF = {
+    "new": {"trigger": "--trigger", "rate": "--rate", "leader": "--leader"},
+    "budget": {"apply": "--apply", "undo": "--undo"},
+    "record": {
+        **{"out": "--out", "sets": "--sets", "size": "--size", "segment": "--segment"},
+        **{"before": "--before", "after": "--after", "on": "--on"},
+    },
+    "serve": {"yarp": "--yarp", "nameserver": "--nameserver", "ros2": "--ros2"},
+}
+"""The options that only one action has."""
+
+
 def add_commands(commands: Any) -> None:
     """Add the parser of this family."""
     parser = commands.add_parser(
@@ -69,12 +83,11 @@ def add_commands(commands: Any) -> None:
     record.add_argument(
         "--before", type=wait_time, metavar="S", help="keep the last S seconds in memory until --on happens"
     )
-    record.add_argument(
-        "--after", type=wait_time, default=1.0, metavar="S", help="go on for S seconds after that (1)"
-    )
+    record.add_argument("--after", type=wait_time, metavar="S", help="go on for S seconds after that (1)")
     record.add_argument(
         "--on",
         action="append",
+        type=_occasion,
         metavar="WHAT",
         help="with --before: `key` (Enter), a camera's event such as Line1RisingEdge, or a brightness as in"
         " `level:50%%`; repeatable",
@@ -90,6 +103,12 @@ def add_commands(commands: Any) -> None:
 def _rig(options: argparse.Namespace) -> int:
     if options.sources and options.action != "new":
         raise UsageError(f"rig {options.action} takes no cameras: they are in {options.file}")
+    for action, names in OPTIONS_OF.items():
+        for name, option in names.items():
+            if action != options.action and getattr(options, name) not in (None, False, ""):
+                raise UsageError(f"{option} goes with rig {action}, not with rig {options.action}")
+    if options.seconds is not None and options.action not in ("check", "record"):
+        raise UsageError(f"-t goes with rig check and rig record, not with rig {options.action}")
     actions = {"new": _new, "check": _check, "budget": _budget, "record": _record, "serve": _serve}
     return actions[options.action](options)
 
@@ -284,10 +303,14 @@ def _record(options: argparse.Namespace) -> int:
                 "counts": counts.as_dict(),
             }
         )
+    elif not progress.frames:
+        print_line("nothing was written: " + ("nothing of --on happened" if options.on else "no set arrived"))
+        print_line(f"sets: {counts}")
     else:
+        play = f"play it as rig:{options.out}" if options.segment is None else "each file plays as rig:FILE"
         print_line(
             f"{options.out}: {counted(progress.frames, 'set')} in {progress.seconds:.2f} s,"
-            f" {progress.size / 1e6:.1f} MB; {progress.dropped} dropped; play it as rig:{options.out}"
+            f" {progress.size / 1e6:.1f} MB; {progress.dropped} dropped; {play}"
         )
         print_line(f"sets: {counts}")
     if progress.reason:
@@ -300,7 +323,7 @@ def _pre_trigger(rig: RigGrabber, options: argparse.Namespace, stack: ExitStack)
     from grabbergui.core.frame_queue import FrameSink
     from grabbergui.recording.pre_trigger import PreTriggerBuffer
 
-    buffer = PreTriggerBuffer(rig, options.before, options.after)
+    buffer = PreTriggerBuffer(rig, options.before, AFTER if options.after is None else options.after)
     stack.callback(buffer.close)
     for what in options.on:
         if what == "key":
@@ -320,6 +343,13 @@ def _pre_trigger(rig: RigGrabber, options: argparse.Namespace, stack: ExitStack)
                     lambda event, what=what: buffer.trigger() if event.name == what else None
                 )
     return buffer
+
+
+def _occasion(text: str) -> str:
+    """Check what `--on` names, as far as that is known before a camera is open."""
+    if text.startswith("level:"):
+        part(text.removeprefix("level:"))
+    return text
 
 
 def _trigger_by_key(buffer: PreTriggerBuffer) -> None:
@@ -367,6 +397,8 @@ def _serve(options: argparse.Namespace) -> int:
 
                 stack.enter_context(Ros2GrabberServer(camera, f"{options.ros2}/{name}", frame_id=name))
         stack.enter_context(supervised(rig.statistics))
-        print_line(f"serving {', '.join(served.cameras)} of {options.file}; Ctrl-C ends it", flush=True)
+        uris = [f"yarp:{options.yarp}/{name}" for name in served.cameras if options.yarp]
+        uris += [f"ros2:{options.ros2}/{name}" for name in served.cameras if options.ros2]
+        print_line(f"serving {options.file} as {', '.join(uris)}; Ctrl-C ends it", flush=True)
         stop.wait()
     return 0

@@ -66,6 +66,19 @@ def open_rig(
     """
     await_collected()  # it may be one of the same cameras
     if isinstance(sources, str | Path):
+        given = (trigger, rate, clock, match, tolerance, missing) != (
+            "free",
+            0.0,
+            "auto",
+            "auto",
+            0.0,
+            "deliver",
+        )
+        if given or settings:
+            raise UsageError(
+                f"open_rig('{sources}'): the file says how its cameras are triggered, matched and set; change"
+                " it there, or pass the cameras instead of a file"
+            )
         name = str(sources).removeprefix("rig:")
         grabber: FrameGrabber = source.create(SourceUri("rig", str(expanded(name))))
     else:

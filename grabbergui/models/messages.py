@@ -87,9 +87,12 @@ class UserMessage:
 
     @property
     def cause_first(self) -> str:
-        """The sentence with its cause, which is behind a colon, at the beginning: for lines that are cut."""
-        action, colon, cause = self.sentence.rpartition(": ")
-        return f"{cause[:1].upper()}{cause[1:]}: {action}" if colon and cause else self.sentence
+        """The sentence with its cause, which is behind a colon, at the beginning: for lines that are cut.
+
+        With several colons, the last may be of a command in the remedy; such a sentence stays as it is.
+        """
+        action, _, cause = self.sentence.partition(": ")
+        return f"{cause[0].upper()}{cause[1:]}: {action}" if cause and ": " not in cause else self.sentence
 
     def is_same(self, other: UserMessage) -> bool:
         """Return whether two messages are the same."""

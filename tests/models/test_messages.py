@@ -162,3 +162,5 @@ def test_the_cause_comes_first_where_a_line_is_cut():
     message = UserMessage("/home/user/pictures/a.tiff could not be written: the disk is full")
     assert message.cause_first == "The disk is full: /home/user/pictures/a.tiff could not be written"
     assert UserMessage("saved").cause_first == "Saved"
+    remedy = UserMessage("no camera answers: a firewall must let UDP in: sudo ufw allow 3956")
+    assert remedy.cause_first == remedy.sentence

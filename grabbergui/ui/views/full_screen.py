@@ -40,6 +40,8 @@ class FullScreen(QObject):
         super().__init__(window)
         self._window, self._image, self._controls, self._around = window, image, controls, tuple(around)
         self._hidden: list[QWidget] = []
+        self._in_front: list[QWidget] = []
+        "Of the hidden ones, those that were seen: of several tabs, one."
         self._shortcuts: list[QAction] = []
         self._maximised = self._active = False
         self._escape = QShortcut(Qt.Key.Key_Escape, image)
@@ -62,6 +64,7 @@ class FullScreen(QObject):
         window = self._window
         self._active, self._maximised = True, window.isMaximized()
         self._hidden = [part for part in self._around if not part.isHidden()]
+        self._in_front = [part for part in self._hidden if not part.visibleRegion().isEmpty()]
         # Qt ignores the shortcuts of a menu bar that is hidden.
         local = Qt.ShortcutContext.WidgetWithChildrenShortcut
         self._shortcuts = [each for each in window.findChildren(QAction)
@@ -90,8 +93,9 @@ class FullScreen(QObject):
         self._appear()
         if (layout := self._layout()) is not None:
             layout.insertWidget(0, self._controls)
-        for part in self._hidden:
+        for part in (*self._hidden, *self._in_front):
             part.show()
+            part.raise_()
         for action in self._shortcuts:
             self._window.removeAction(action)
         self._active = False
@@ -113,7 +117,12 @@ class FullScreen(QObject):
         self._controls.setGraphicsEffect(None)
         above = self._controls.parentWidget()
         if above is not None:
-            self._controls.setGeometry(0, 0, above.width(), self._controls.sizeHint().height())
+            # Controls that wrap are as high as their width makes them.
+            self._controls.resize(above.width(), self._controls.height())
+            height = max(
+                self._controls.heightForWidth(above.width()), self._controls.minimumSizeHint().height()
+            )
+            self._controls.setGeometry(0, 0, above.width(), height)
         self._controls.show()
         self._controls.raise_()
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from enum import Enum
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer
-from PyQt5.QtWidgets import QDockWidget, QMainWindow
+from PyQt5.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 LEAST_WIDTH = 1200
 "Pixels of a window's width, below which sources and features are tabs instead of one above the other."
@@ -64,6 +64,8 @@ class PanelLayout(QObject):
         self._shown: PanelArrangement | None = None
         self._busy = False
         "Whether docks move because of this class, not of the user."
+        self._arranged_width = 0
+        "Width of the window for which the column beside the image was last given its width."
         self._opened = False
         "Whether a panel needs more height than before, for which Qt makes the least room possible."
         for dock in self._docks:
@@ -88,7 +90,7 @@ class PanelLayout(QObject):
         wanted = self._wanted()
         if self._shown not in (wanted, PanelArrangement.OWN) and not self._window.isFullScreen():
             self._arrange(wanted)
-        elif self._opened:
+        elif self._opened or self._sources_are_cut():
             self._size()
         self._opened = False
 
@@ -104,6 +106,7 @@ class PanelLayout(QObject):
 
     def reset(self) -> None:
         """Forget how the user moved the panels: show sources and features in their places, and no tools."""
+        self._arranged_width = 0
         for dock in self._docks:
             dock.setFloating(False)
             dock.setVisible(dock in self._sides)
@@ -120,6 +123,7 @@ class PanelLayout(QObject):
     def _arrange(self, wanted: PanelArrangement) -> None:
         window, (sources, features), (first, *others) = self._window, self._sides, self._tools
         in_front = [dock for dock in self._docks if not dock.visibleRegion().isEmpty()]
+        column = features.width()
         self._shown, self._busy = wanted, True
         below = wanted is PanelArrangement.BELOW
         area = Qt.DockWidgetArea.BottomDockWidgetArea if below else Qt.DockWidgetArea.RightDockWidgetArea
@@ -138,7 +142,9 @@ class PanelLayout(QObject):
         for dock in (features, *in_front):
             dock.raise_()
         self._busy = False
-        column = min(MOST_COLUMN, max(LEAST_COLUMN, round(window.width() * COLUMN_SHARE)))
+        if window.width() != self._arranged_width:  # or the user may have dragged it
+            self._arranged_width = window.width()
+            column = min(MOST_COLUMN, max(LEAST_COLUMN, round(window.width() * COLUMN_SHARE)))
         window.resizeDocks([features], [column], Qt.Orientation.Horizontal)
         QTimer.singleShot(0, self._size)  # once they are laid out
 
@@ -153,12 +159,22 @@ class PanelLayout(QObject):
             return
         heights = {features: centre.height()}
         if self._shown is PanelArrangement.STACKED:
-            heights[sources] = min(sources.sizeHint().height(), round(centre.height() * SOURCES_SHARE))
+            heights[sources] = self._usual_sources(centre)
         for dock in self._tools:
             if not dock.visibleRegion().isEmpty():
                 heights[dock] = max(LEAST_TOOL, round(centre.height() * TOOLS_SHARE))
         heights[features] -= sum(list(heights.values())[1:])
         window.resizeDocks(list(heights), list(heights.values()), Qt.Orientation.Vertical)
+
+    def _usual_sources(self, centre: QWidget) -> int:
+        return min(self._sides[0].sizeHint().height(), round(centre.height() * SOURCES_SHARE))
+
+    def _sources_are_cut(self) -> bool:
+        """Return whether a change of the window's size left the sources less than usual."""
+        centre, sources = self._window.centralWidget(), self._sides[0]
+        if centre is None or self._shown is not PanelArrangement.STACKED or sources.isHidden():
+            return False
+        return sources.height() < self._usual_sources(centre)
 
     def _on_dock_moved(self, area: Qt.DockWidgetArea) -> None:
         if not self._busy and area != Qt.DockWidgetArea.NoDockWidgetArea:

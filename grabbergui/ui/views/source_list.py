@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from PyQt5.QtCore import (
     QEvent,
+    QItemSelectionModel,
     QModelIndex,
     QPoint,
     QRect,
@@ -214,9 +215,13 @@ class SourceListView(QWidget):
         return items[0].data(SOURCE_ROLE).info.uri if items else ""
 
     def setSources(self, sources: Sequence[ListedSource]) -> None:
-        """Show these sources, and keep the selection."""
+        """Show these sources; keep the selection, and what is in view: a search may bring others any time."""
         selected = self._current if self._select_current or not self.selected else self.selected
         self._select_current &= all(source.info.uri != self._current for source in sources)
+        before = self.sourceList.currentItem()
+        current = "" if before is None else before.data(SOURCE_ROLE).info.uri
+        scroll_bar = self.sourceList.verticalScrollBar()
+        scrolled = 0 if scroll_bar is None else scroll_bar.value()
         blocked = self.sourceList.blockSignals(True)
         self.sourceList.clear()
         for source in sources:
@@ -228,8 +233,13 @@ class SourceListView(QWidget):
                 " ".join((source.info.title, source.info.uri, *source.details, source.info.note)).strip(),
             )
             set_tooltip(item, self._tooltip(source))
+            if source.info.uri == current:
+                self.sourceList.setCurrentItem(item, QItemSelectionModel.SelectionFlag.NoUpdate)
             item.setSelected(source.info.uri == selected)
         self._hide_open()
+        if scroll_bar is not None:
+            self.sourceList.doItemsLayout()  # or the range is not yet known
+            scroll_bar.setValue(scrolled)
         self.sourceList.blockSignals(blocked)
         self._update_button()
 
