@@ -96,7 +96,6 @@ def table(content: Table) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
-# -- charts ------------------------------------------------------------------------------------------
 def draw(chart: Chart, path: Path) -> None:
     """Draw horizontal bars as SVG. Nothing but the values changes from run to run."""
     import matplotlib

@@ -40,7 +40,6 @@ SETTINGS: dict[str, FeatureValue] = {
 "Beside these the camera starts as it comes from its factory."
 
 
-# -- the stage -----------------------------------------------------------------------------------------
 def simulate(address: str, *options: str) -> subprocess.Popen[str]:
     """Run a simulated GigE Vision camera in a process of its own."""
     command = [
@@ -111,7 +110,6 @@ class Returns:
             self.back.append(why)
 
 
-# -- cameras -------------------------------------------------------------------------------------------
 @fault(CHAPTER)
 def cable_pulled() -> Outcome:
     """Pause the camera's process, as if its cable were pulled and plugged in again."""
@@ -188,7 +186,6 @@ def packets_lost() -> Outcome:
     )
 
 
-# -- networks ------------------------------------------------------------------------------------------
 _READER = """
 import sys, time
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -259,7 +256,6 @@ def serve_again(names: NameClient) -> subprocess.Popen[str]:
     return process
 
 
-# -- the disk ------------------------------------------------------------------------------------------
 _RECORD_ON_FULL_DISK = """
 mount -t tmpfs -o size={size}m none {disk} && cd {disk} || exit
 (sleep {seconds}; dd if=/dev/zero of=other bs=1M) &

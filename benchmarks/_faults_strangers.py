@@ -52,7 +52,6 @@ LONGEST_LINE = b"(" * 60 + b"a " * 9_900 + b")" * 60
 Address = tuple[str, int]
 
 
-# -- the stage -----------------------------------------------------------------------------------------
 @contextmanager
 def served(*options: str, descriptors: int = 1024) -> Iterator[NameClient]:
     """Run `grabbergui serve` with a name server in a process of its own; yield the address of that."""
@@ -177,7 +176,6 @@ def stream_destination(camera: Address) -> Address:
     return socket.inet_ntoa(host), port & 0xFFFF
 
 
-# -- attacks, each in a process of its own ---------------------------------------------------------------
 def send_lines(address: Address, line: bytes) -> None:
     """Send a line repeatedly, over a new connection whenever the old one is closed."""
     while True:
@@ -219,7 +217,6 @@ def send_datagrams(addresses: list[Address], seed: int) -> None:
                 time.sleep(0.001)
 
 
-# -- faults ----------------------------------------------------------------------------------------------
 def _lines(line: bytes, what: str) -> Outcome:
     with served() as names, watched(names) as watch:
         begin = time.monotonic()

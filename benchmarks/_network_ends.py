@@ -30,7 +30,6 @@ YARP_NAME, ROS2_NAME = "/benchmark", "/benchmark"
 SENSOR_THREAD = "simulated camera"
 
 
-# -- the server ----------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Served:
     """Frames and CPU time of the serving process between `"begin"` and `"end"`."""
@@ -114,7 +113,6 @@ class _Stamps:
                 continue
 
 
-# -- the readers ---------------------------------------------------------------------------------------
 Arrivals = list[tuple[int, int]]
 """Stamp and arrival time of each image, nanoseconds."""
 
@@ -205,7 +203,6 @@ def frames_lost(grabber: FrameGrabber) -> int:
     return statistics.incomplete + statistics.lost + statistics.underruns
 
 
-# -- what a process uses -------------------------------------------------------------------------------
 def cpu_seconds() -> float:
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return usage.ru_utime + usage.ru_stime

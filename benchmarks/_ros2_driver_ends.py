@@ -32,7 +32,6 @@ OPENING = 1.0
 while it opens the camera, and then never starts the stream."""
 
 
-# -- the camera --------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Watched:
     """Exposures and writes of the camera between `"begin"` and `"end"`."""
@@ -98,7 +97,6 @@ def be_camera(pipe: Connection, size: Size) -> None:
     camera.close()
 
 
-# -- readers and operator ----------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Seen:
     """The images that one reader has received since `"join"`."""

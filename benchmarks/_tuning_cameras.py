@@ -99,7 +99,6 @@ def power_on() -> dict[Register, RegisterValue]:
     }
 
 
-# -- in this process ---------------------------------------------------------------------------------
 @contextmanager
 def simulated() -> Iterator[Tuned]:
     """Provide `sim:`, whose registers are memory of this process."""
@@ -166,7 +165,6 @@ def _note_port(device: Device, writes: Writes) -> None:
     device.write = noted  # type: ignore[method-assign]
 
 
-# -- in a process of their own -----------------------------------------------------------------------
 @contextmanager
 def gige() -> Iterator[Tuned]:
     """Provide the simulated GigE Vision camera on the loopback, as fast as Gigabit Ethernet."""

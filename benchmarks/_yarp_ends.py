@@ -61,7 +61,6 @@ def gradient(width: int, height: int) -> np.ndarray[Any, Any]:
     return np.tile(np.arange(width * 3, dtype=np.uint8).reshape(1, -1, 3), (height, 1, 1))
 
 
-# -- ours --------------------------------------------------------------------------------------------
 def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None:
     """Send for a while; report count and CPU seconds; then repeat the last image until a message arrives."""
     cpu, began, count = _cpu(), time.monotonic(), 0
@@ -139,7 +138,6 @@ def answer_ours(pipe: Connection, names: str, name: str) -> None:
             pipe.recv()
 
 
-# -- real YARP ---------------------------------------------------------------------------------------
 def _yarp() -> Any:
     import yarp  # type: ignore[import-not-found]
 

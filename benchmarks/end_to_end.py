@@ -132,7 +132,6 @@ def measure(arguments: list[str] | None = None) -> Section:
     )
 
 
-# -- what is measured --------------------------------------------------------------------------------
 def observe(server: str, names: str, seconds: float) -> Run:
     """Measure one server between the camera and the reader."""
     with camera_process(CAMERA) as sent, running(server, names) as pid, ExitStack() as stack:
@@ -202,7 +201,6 @@ def has_aravis_camera() -> bool:
     return f'"{THEIRS}"' in listed.stdout + listed.stderr
 
 
-# -- the section ------------------------------------------------------------------------------------
 Figure = Callable[[Run], float]
 
 

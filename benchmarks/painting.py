@@ -157,7 +157,6 @@ def _alone_table(alone: dict[Case, tuple[float, float, float]]) -> Table:
     return Table(header, rows, "The image view alone, as fast as it paints:")
 
 
-# -- the whole window --------------------------------------------------------------------------------
 def _in_a_process(case: Case, window: str, seconds: float) -> Watched:
     """Each camera gets a new window in a new process."""
     context = multiprocessing.get_context("spawn")
@@ -206,7 +205,6 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     program.open_sources.wait_closed(10)
 
 
-# -- the view alone ----------------------------------------------------------------------------------
 def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[float, float]:
     """Return frames per second through the window's image view, and CPU seconds per frame."""
     frames = frames_of(case)

@@ -165,7 +165,6 @@ def _exposed(exposures: Sequence[tuple[int, int]], arrivals: Sequence[tuple[int,
     return found
 
 
-# -- the drivers -------------------------------------------------------------------------------------
 def peer() -> str | None:
     """Return the path of camera_aravis2's program, or None if it is not installed."""
     named = os.environ.get("CAMERA_ARAVIS2")
@@ -227,7 +226,6 @@ def running(driver: str) -> Iterator[int]:
                 print(f"{driver} ended by itself ({ended}):\n{log.read()[-2000:]}", flush=True)
 
 
-# -- what is measured --------------------------------------------------------------------------------
 def measured(
     drivers: Sequence[str], sizes: Sequence[Size], seconds: float, rounds: int
 ) -> tuple[dict[Key, Runs], dict[str, Gains]]:
@@ -290,7 +288,6 @@ def _ask(end: Connection, order: str) -> Any:
     return end.recv()
 
 
-# -- how it is shown ---------------------------------------------------------------------------------
 def stream_table(runs: dict[Key, Runs]) -> Table:
     rows = []
     for (size, driver, count), run in runs.items():

@@ -104,7 +104,6 @@ def _in_a_process(source: str, repeats: int) -> Seen:
     return seen
 
 
-# -- tables ------------------------------------------------------------------------------------------
 def _rows(seen: dict[str, Seen], row: object) -> list[list[str]]:
     assert callable(row)
     return [[source, *row(of)] for source, of in seen.items()]
@@ -164,7 +163,6 @@ def _late(values: Sequence[float]) -> float:
     return sorted(values)[max(-(-99 * len(values) // 100) - 1, 0)]
 
 
-# -- goals -------------------------------------------------------------------------------------------
 def _goals(source: str, seen: Seen, driver: Sequence[float], aravis: Sequence[float]) -> list[Goal]:
     registers = [one.register for hand in HANDS for one in seen.adjusted[hand]]
     images = [image for hand in HANDS for image in _images(seen, hand)]

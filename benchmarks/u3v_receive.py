@@ -127,7 +127,6 @@ def in_process(seconds: float) -> Iterator[Result]:
             simulated.stop()
 
 
-# -- in the guest ------------------------------------------------------------------------------------
 @contextlib.contextmanager
 def camera_process(name: str, width: int, height: int) -> Iterator[None]:
     """Run the camera on the guest's virtual bus."""
@@ -204,7 +203,6 @@ def from_guest(seconds: float) -> Iterator[Result]:
         raise SystemExit("not every host in the virtual machine was measured; let less else run here")
 
 
-# -- the tables --------------------------------------------------------------------------------------
 def measure(arguments: list[str] | None = None) -> Section:
     options = _options(arguments)
     before = machine()

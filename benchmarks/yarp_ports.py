@@ -147,7 +147,6 @@ def measure(arguments: list[str] | None = None) -> Section:
     )
 
 
-# -- what is measured --------------------------------------------------------------------------------
 @contextmanager
 def name_server() -> Iterator[str]:
     """Run our name server, which all processes of the block find, also real YARP's; yield its address."""
@@ -216,7 +215,6 @@ def real_version() -> str:
     return f"the original, {found[1]}" if found else "the original"
 
 
-# -- how it is shown ---------------------------------------------------------------------------------
 def _stream_table(streams: Measured) -> Table:
     rows = []
     for (name, carrier, sender, reader), rounds in streams.items():

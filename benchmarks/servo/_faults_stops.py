@@ -52,7 +52,6 @@ ROBOTS: dict[str, tuple[str, Callable[[], AbstractContextManager[Stand]]]] = {
 }
 
 
-# -- the program, and who sits before it -----------------------------------------------------------------
 class Program:
     """`grabbergui servo` in a process of its own, with simulated keyboard and mouse."""
 
@@ -98,7 +97,6 @@ class Program:
         os.close(self._hands)
 
 
-# -- the stops -------------------------------------------------------------------------------------------
 @dataclass(frozen=True)
 class Scene:
     """A running program with its robot and camera."""

@@ -182,7 +182,6 @@ def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config:
     return outcome
 
 
-# -- with the real commands ----------------------------------------------------------------------
 class Program:
     """A command of ours in a process of its own, whose lines are read on a thread."""
 
@@ -305,7 +304,6 @@ def _await_end(trial: Trial, program: Program, record: Path) -> None:
             return
 
 
-# -- without a clock -----------------------------------------------------------------------------
 def simulate(trial: Trial, config: Config, model: KinematicModel) -> Outcome:
     """Run a trial in simulated time."""
     board = model.stands @ at(*trial.marker)
@@ -336,7 +334,6 @@ def simulate(trial: Trial, config: Config, model: KinematicModel) -> Outcome:
     return judge(trial, Truth(np.array(times), np.array(hand), begun), said[1:], config)
 
 
-# -- trials --------------------------------------------------------------------------------------
 def visible_marker(source: np.random.Generator, robot: str, model: KinematicModel) -> tuple[float, ...]:
     """Return a random pose of a marker that the camera sees, with a goal inside the workspace."""
     while True:
@@ -375,7 +372,6 @@ def trials(options: argparse.Namespace, models: Mapping[str, KinematicModel]) ->
     return [trial for _, trial in sorted(ordered, key=lambda entry: entry[0])]
 
 
-# -- the table -----------------------------------------------------------------------------------
 def summary(outcomes: Sequence[Outcome], config: Config) -> list[list[str]]:
     """Return a row for the approaches, and for each fault its worst figures."""
     groups: dict[tuple[str, str], list[Outcome]] = {}

@@ -92,7 +92,6 @@ def test_the_end_of_a_program_searches_no_garbage():
     assert done.stdout.splitlines()[-1] == "True", "objects that the last collections skip"
 
 
-# -- signals ---------------------------------------------------------------------------------------
 def test_an_interrupt_while_it_loads_says_nothing():
     code = (
         "import importlib, signal; from grabbergui.cli import main\n"
@@ -165,7 +164,6 @@ def test_a_damaged_image_is_reported_in_one_line(tmp_path):
     assert len(failed.stderr.splitlines()) == 1 and "cut short" in failed.stderr
 
 
-# -- failures --------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("command", "code", "kind"),
     [
@@ -205,7 +203,6 @@ def test_a_failure_that_cannot_be_printed_keeps_its_exit_code():
     assert len(done.stderr.splitlines()) == 1 and "no known kind" in done.stderr
 
 
-# -- output ----------------------------------------------------------------------------------------
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_a_terminal_without_unicode_is_written_to_in_other_letters(encoding):
     shown = run("features", "sim:", env={**os.environ, "PYTHONIOENCODING": encoding}, stdout=-1)

@@ -25,7 +25,6 @@ from patience import PATIENCE, PROGRAM, until
 FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
 
 
-# -- the module --------------------------------------------------------------------------------------
 def test_every_public_name_is_there_and_documented() -> None:
     for name in grabbergui.__all__:
         value = getattr(grabbergui, name)
@@ -65,7 +64,6 @@ def test_opencv_s_idle_threads_sleep_unless_asked_otherwise(
     assert done.stdout == f"False {found}\n", done.stderr
 
 
-# -- features ----------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("feature", "attribute"),
     [
@@ -132,7 +130,6 @@ def test_wrong_values_say_what_is_allowed(camera: grabbergui.Camera) -> None:
         _ = camera["TriggerSoftware"]
 
 
-# -- frames ------------------------------------------------------------------------------------------
 def test_grab_returns_a_frame_exposed_after_the_call(camera: grabbergui.Camera) -> None:
     for _ in range(5):
         called = time.monotonic()
@@ -251,7 +248,6 @@ def test_a_loop_waits_for_the_next_trigger_after_a_timeout(camera: grabbergui.Ca
     assert not camera.streaming
 
 
-# -- asyncio -----------------------------------------------------------------------------------------
 def test_asyncio_reads_writes_and_iterates_without_blocking(camera: grabbergui.Camera) -> None:
     async def main() -> tuple[int, int]:
         beats = frames = 0
@@ -290,7 +286,6 @@ def test_a_cancelled_loop_stops_the_stream(camera: grabbergui.Camera) -> None:
     until(lambda: not camera.streaming)
 
 
-# -- several -----------------------------------------------------------------------------------------
 def test_several_cameras_are_opened_read_and_closed_as_one() -> None:
     with grabbergui.open_all([FAST, "sim:colour"]) as cameras:
         assert len(cameras) == 2 and [frame.width for frame in cameras.grab()] == [64, 1224]

@@ -88,7 +88,6 @@ def test_chunk_data_that_never_agree_are_an_error_that_names_both_values() -> No
             setting.accepts(frame(10.2 + count, Gain=1.5))
 
 
-# -- on the simulated camera ---------------------------------------------------------------------------
 @pytest.fixture
 def camera(request: Any) -> Iterator[grabbergui.Camera]:
     with grabbergui.open(f"sim:?{FAST}&exposure=1000&setting_latency={request.param}") as camera:

@@ -314,7 +314,6 @@ def test_images_of_ros_1_are_refused_by_their_encoding(tmp_path):
         open_recording(path)
 
 
-# -- hostile ones --------------------------------------------------------------------------------
 def chunk_of(content, announced=None):
     data = zstandard.compress(content)
     body = (

@@ -45,7 +45,6 @@ def test_files_that_other_systems_leave_are_ignored(tmp_path):
     assert firsts(tmp_path) == [1]
 
 
-# -- pages of TIFF -------------------------------------------------------------------------------
 def stack(path, dtype=np.uint16, count=5, compression=1):
     images = [flat(100 + index, dtype) + np.arange(24, dtype=dtype).reshape(4, 6) for index in range(count)]
     cv2.imwritemulti(str(path), images, [cv2.IMWRITE_TIFF_COMPRESSION, compression])
@@ -197,7 +196,6 @@ def test_a_netpbm_header_announces_no_more_than_can_be(tmp_path):
         played(tmp_path)
 
 
-# -- yarpdatadumper ------------------------------------------------------------------------------
 def test_a_folder_of_yarpdatadumper_is_played_with_its_times(tmp_path):
     colour = np.full((4, 6, 3), (30, 100, 200), np.uint8)  # B G R
     lines = ["Type: Image:ppm;"]  # the head of older versions
@@ -254,7 +252,6 @@ def test_the_log_names_no_file_elsewhere(tmp_path):
         open_recording(tmp_path)
 
 
-# -- deep movies ---------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("bits", "codec"), [(10, "ffv1"), (12, "ffv1"), (10, "libx264"), (10, "libx265"), (12, "libx265")]
 )

@@ -121,7 +121,6 @@ def test_a_board_that_is_taken_away_stops_the_arm():
     assert not np.any(twists)
 
 
-# -- the simulated robot -------------------------------------------------------------------------
 class Clock:
     now = 0.0
 
@@ -175,7 +174,6 @@ def test_the_simulated_hand_moves_as_it_is_commanded():
     assert moved == pytest.approx(np.array([0.03, 0.02, -0.01]) * 0.97, abs=1e-3)
 
 
-# -- real time -----------------------------------------------------------------------------------
 @pytest.fixture
 def live(config):
     robot = SimRobot(teo.MODEL)
@@ -316,7 +314,6 @@ def test_a_camera_that_sends_its_last_image_for_ever_moves_nothing(repeating):
     assert runner.images == images
 
 
-# -- what is left behind -------------------------------------------------------------------------
 def test_the_report_of_a_run(tmp_path):
     recorder = report.RunRecorder(tmp_path / "out", closed_loop.calibration().scaled_to)
     for cycle in cycles_to_the_marker():

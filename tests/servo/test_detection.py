@@ -193,7 +193,6 @@ def test_markers_of_other_dictionaries_are_found(dictionary):
     assert [marker.marker_id for marker in ArucoDetector(dictionary).detect(canvas)] == [7]
 
 
-# -- faces ---------------------------------------------------------------------------------------
 CALIBRATION = Calibration.from_field_of_view(1920, 1080, 60)
 needs_model = pytest.mark.skipif(installed_model() is None, reason="needs the extra faces")
 

@@ -71,7 +71,6 @@ def along(axis, value, size):
     return vector
 
 
-# -- limits --------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("part", "vector", "fastest"),
     [
@@ -125,7 +124,6 @@ def test_no_hand_moves_by_readings_that_are_not_finite(bench, part):
     assert bench.gate.hindrance == "the robot's readings are no numbers"
 
 
-# -- what reaches the robot -----------------------------------------------------------------------
 def test_a_command_reaches_head_and_hand(bench):
     assert bench.send(head=[0.1, 0.2], hand=along(1, 0.03, 6))
     (head, velocity), (hand, twist) = bench.robot.moves
@@ -172,7 +170,6 @@ def test_a_halt_stops_a_step_too(stepping):
     assert stepping.robot.stops == 1
 
 
-# -- stops ----------------------------------------------------------------------------------------
 def test_the_emergency_stop_has_a_reason_and_counts_what_it_refuses(bench):
     assert bench.gate.halted == ""
     bench.gate.halt("")
@@ -365,7 +362,6 @@ def test_a_robot_that_is_to_wait_rests_until_it_need_not(bench):
     assert bench.send(head=[0.1, 0])
 
 
-# -- the guardian ---------------------------------------------------------------------------------
 def test_while_the_guardian_is_not_ready_nothing_moves(bench):
     bench.guardian.verdict = Verdict("it starts")
     assert not bench.send(head=[0.1, 0])

@@ -95,7 +95,6 @@ def test_angles_that_are_none_are_refused(angles):
         teo.HEAD.forward(angles)
 
 
-# -- shapes --------------------------------------------------------------------------------------
 TABLE = "table 0.15 0.9 -0.9 0.5 -0.9 0.05"
 points = st.lists(st.floats(-1, 1), min_size=3, max_size=3).map(np.array)
 
@@ -142,7 +141,6 @@ def test_boxes_are_read_and_bad_ones_are_named():
             parse_boxes(text)
 
 
-# -- aiming through things -----------------------------------------------------------------------
 def pushed(robot, clock, config, goal, touched, seconds=8.0):
     """Push the hand towards a goal in its base, whatever is between; the gate that was passed."""
     gate = CommandGate(robot, config)
@@ -295,7 +293,6 @@ def wall_before(goal):
     return replace(Config(), safety=replace(Config().safety, obstacles=f"wall {x:.3f} {x + 1:.3f} -2 2 -2 2"))
 
 
-# -- dry run and speed ---------------------------------------------------------------------------
 def test_nothing_reaches_a_robot_in_a_dry_run_not_even_a_stop():
     robot = RecordingRobot()
     gate = CommandGate(robot, Config(), dry_run=True)

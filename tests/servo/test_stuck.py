@@ -136,7 +136,6 @@ def test_it_tries_again_after_a_stop_was_ended():
     assert chase.run(2, State.APPROACHING).state is State.APPROACHING
 
 
-# -- the watch -----------------------------------------------------------------------------------
 def fed(watch, hands, approaching=True):
     for step, hand in enumerate(hands):
         watch.update(DT * (step + 1), hand, geometry.pose(), approaching)
@@ -189,7 +188,6 @@ def test_a_goal_that_wanders_is_followed_for_ever():
     assert not watch.stuck
 
 
-# -- what hinders --------------------------------------------------------------------------------
 def test_nothing_hinders_an_arm_in_the_middle_of_its_reach():
     twists = np.vstack((np.eye(6), -np.eye(6))) * 0.1
     assert {teo.RIGHT_ARM.hindrance(teo.HOME, twist) for twist in twists} == {""}

@@ -27,7 +27,6 @@ LEAD = 0.1
 DIALECTS = pytest.mark.parametrize("dialect", Dialect, ids=lambda dialect: dialect.value)
 
 
-# -- targets that run ahead ------------------------------------------------------------------------
 def followed(leading, here, velocity, times, follow):
     """Targets for a part that is moved on to each by `follow`."""
     targets = []
@@ -73,7 +72,6 @@ def test_a_leading_target_begins_where_the_part_is_after_a_pause():
     assert leading.advance(here, velocity, LEAD, 1.0) == pytest.approx(here + velocity * 0.02)
 
 
-# -- the gate chooses ------------------------------------------------------------------------------
 class Leading(RecordingRobot):
     """Remembers how far ahead it was to be."""
 
@@ -102,7 +100,6 @@ def test_the_gate_moves_each_part_in_its_mode(text, heard):
     assert robot.stops
 
 
-# -- over YARP ------------------------------------------------------------------------------------
 @pytest.fixture
 def simulated(names, request):
     dialect, pose_word = getattr(request, "param", (Dialect.YARP3, "pose"))
@@ -196,7 +193,6 @@ def asked(data):
     return Asked()
 
 
-# -- a board of 4.0 -------------------------------------------------------------------------------
 REPLIES = {
     "getAxesRPC": "([ok]) 2",
     "getAxisNameRPC 1": "([ok]) FrontalNeck",

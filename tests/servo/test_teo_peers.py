@@ -86,7 +86,6 @@ def conversation(name):
             yield data, said[number + 1][1] if letter == "Q" else None
 
 
-# -- what real peers send is what we read and write ----------------------------------------------
 BOARDS = pytest.mark.parametrize(
     ("dialect", "file"),
     [(Dialect.YARP3, "control_board_312.txt"), (Dialect.YARP4, "control_board_40.txt")],
@@ -167,7 +166,6 @@ def test_our_requests_are_those_of_a_real_client(request_of_ours):
     assert request_of_ours.encode() in [data for _, data in recorded("cartesian_control_312.txt", "Q")]
 
 
-# -- the simulated ones answer as the real ones did ------------------------------------------------
 @BOARDS
 def test_the_simulated_board_answers_a_real_client_as_the_real_one(names, robot, clock, dialect, file):
     board = SimulatedBoard(robot, names, "/head", dialect)
@@ -220,7 +218,6 @@ def test_the_simulated_controller_answers_a_real_client_as_the_real_one(cartesia
     assert lowered[2, 3] - raised[2, 3] == pytest.approx(-0.02, abs=1e-3)
 
 
-# -- how drives behave -----------------------------------------------------------------------------
 def request(simulated, text):
     return simulated.answer(asked(Bottle.from_text(text).encode()))[0]
 

@@ -45,7 +45,6 @@ from grabbergui.servo.yarp_publisher import YarpPublisher, markers_bottle
 from patience import PATIENCE, attempts, until
 
 
-# -- messages ------------------------------------------------------------------------------------
 def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
     """A list of two: the vocab's list, then the doubles', each of one type; the layout of PortablePair."""
     wire = teo_messages.velocity_moves(np.radians([1.0, -2.0])).encode()
@@ -106,7 +105,6 @@ def test_no_message_does_worse_than_be_refused(content):
         assert result is None or np.isfinite(result).all()
 
 
-# -- both ends -----------------------------------------------------------------------------------
 @pytest.fixture
 def simulated(names):
     robot = SimRobot(teo.MODEL)
@@ -315,7 +313,6 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, patient)
     assert degrees < 2
 
 
-# -- what others see -----------------------------------------------------------------------------
 def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated, patient):
     camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker), fps=10)
     camera.open()

@@ -35,7 +35,6 @@ def some_angles(chain, count=10):
     return np.random.default_rng(4).uniform(chain.low, chain.high, (count, len(chain.low)))
 
 
-# -- collisions ------------------------------------------------------------------------------------
 def test_the_nearest_contact_is_the_least_distance_of_all_pairs_on_every_thread(model):
     shapes = model.body._shapes
     poses = [model.home, *some_angles(model.arm, 4)]
@@ -58,7 +57,6 @@ def test_the_nearest_contact_is_the_least_distance_of_all_pairs_on_every_thread(
     assert measured() == expected
 
 
-# -- kinematics ----------------------------------------------------------------------------------
 def test_the_head_looks_ahead_at_rest_turns_left_and_looks_down(model):
     ahead = model.camera_pose(np.zeros(2))
     assert ahead[:3, 2] == pytest.approx([1, 0, 0], abs=1e-6)
@@ -142,7 +140,6 @@ def test_angles_that_are_none_are_refused(model, angles):
             ask(angles)
 
 
-# -- the simulated robot -------------------------------------------------------------------------
 def test_it_keeps_to_its_limits_whatever_it_is_commanded(model):
     now, random = 0.0, np.random.default_rng(7)
     robot = SimRobot(model, lambda: now)

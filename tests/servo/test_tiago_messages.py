@@ -37,7 +37,6 @@ def joint_state(names, positions, seconds=0):
     return Message(header=stamped(seconds), name=list(names), position=list(positions))
 
 
-# -- trajectories --------------------------------------------------------------------------------
 def test_a_trajectory_is_read_in_the_order_of_its_message():
     read = read_trajectory(trajectory((0.2, 0.1), HEAD[::-1]))
     assert read.joints == HEAD[::-1]
@@ -68,7 +67,6 @@ def test_a_trajectory_that_a_controller_would_refuse_is_refused_and_the_one_befo
     assert follower.sample(9.75) == pytest.approx([0.25, -0.25])
 
 
-# -- arm -----------------------------------------------------------------------------------------
 def twist(values, frame="torso_lift_link"):
     axes = [Message(**dict(zip("xyz", part, strict=True))) for part in (values[:3], values[3:])]
     return Message(header=stamped(frame=frame), twist=Message(linear=axes[0], angular=axes[1]))
@@ -82,7 +80,6 @@ def test_a_twist_is_read_along_our_axes_only():
         messages.read_twist(twist([0, 0, math.inf, 0, 0, 0]))
 
 
-# -- joint states --------------------------------------------------------------------------------
 def test_joints_may_come_in_parts_and_count_from_the_oldest():
     readings = JointReadings(("a", "b", "c"))
     readings.take(joint_state("bx", (0.2, 9.0)), 1.0)
@@ -178,7 +175,6 @@ def test_whatever_comes_what_is_known_is_finite(names, positions, stamp):
         assert found is None or np.isfinite(found[1]).all()
 
 
-# -- tf ------------------------------------------------------------------------------------------
 def transform(parent, child, place=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0, 1.0)):
     translation = Message(**dict(zip("xyz", place, strict=True)))
     rotation = Message(**dict(zip("xyzw", turn, strict=True)))

@@ -126,7 +126,6 @@ def test_a_pose_that_turned_without_its_other_one_agreeing_is_no_flip():
     assert "flipped" not in track.problem
 
 
-# -- motion of a target --------------------------------------------------------------------------
 FPS = 30
 
 

@@ -20,7 +20,6 @@ def controller(name="arm_controller", kind=JTC, state="active", joints=ARM, pref
     return Controller(name, kind, state, tuple(f"{prefix}{joint}/position" for joint in joints))
 
 
-# -- the choice ----------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("listed", "listeners", "kind", "topic"),
     [
@@ -74,7 +73,6 @@ def test_without_an_active_controller_of_just_its_joints_the_reason_is_given(lis
     assert re.search(reason, str(choice))
 
 
-# -- streams -------------------------------------------------------------------------------------
 def lagging(seconds, velocity, period=0.02, lag=0.1):
     """Angles of a drive with a time constant, once every millisecond, that follows a stream."""
     low, high = np.full(1, -2.0), np.full(1, 2.0)

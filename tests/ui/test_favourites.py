@@ -15,7 +15,6 @@ from grabbergui.ui.views.favourites import CARD_WIDTH, LINE_HEIGHT, FavouritesSt
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
 
 
-# -- the order ---------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("name", "index", "order"),
     [("D", 0, "DABC"), ("D", 1, "ADBC"), ("D", 9, "ABCD"), ("D", -4, "DABC"),
@@ -35,7 +34,6 @@ def test_names_are_moved_and_removed():
     assert placed(full, "F3", 0)[0] == "F3"
 
 
-# -- in the window -----------------------------------------------------------------------------------
 @pytest.fixture
 def app(make_app):
     app = make_app()

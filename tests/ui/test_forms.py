@@ -70,7 +70,6 @@ def test_all_forms_can_be_compiled_before_they_are_needed(forms):
     assert [file.name.split(".")[0] for file in (forms / "__pycache__").iterdir()] == ["card"]
 
 
-# -- the letters that Alt presses ----------------------------------------------------------------
 PAGES = ("QStackedWidget", "QTabWidget")
 
 

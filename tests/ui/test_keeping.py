@@ -426,7 +426,6 @@ def test_without_a_camera_files_are_compared_all_the_same(make_app, tmp_path):
     assert any("connect to one first" in text for text in app.errors)
 
 
-# -- the camera's own sets ---------------------------------------------------------------------------
 def sets_dialog(app):
     app.until(app.window.actionUserSets.isEnabled)
     app.window.actionUserSets.trigger()

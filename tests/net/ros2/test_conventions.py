@@ -31,7 +31,6 @@ from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
 
-# -- quality of service ------------------------------------------------------------------------------
 def test_a_plain_subscription_gets_images_and_camera_info(server, probe):
     """`create_subscription(Image, topic, callback, 10)`, as every tutorial has it, is reliable."""
     for kind, topic in (
@@ -85,7 +84,6 @@ def test_a_frozen_reliable_reader_slows_nobody(camera):
         until(lambda: frozen.received() > seen + 10)
 
 
-# -- names -------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("renamed", "name"),
     [
@@ -161,7 +159,6 @@ def test_our_client_finds_the_whole_tree_below_a_namespace(serve, camera):
             remote.close()
 
 
-# -- frame_id and camera_info_url --------------------------------------------------------------------
 def test_frame_id_is_a_parameter(serve, probe):
     serve("/cam", ros_args=["-p", "frame_id:=front_optical"])
     images = probe.subscribe(Image, "/cam/image_raw")
@@ -283,7 +280,6 @@ def test_an_event_for_a_subscription_that_another_thread_ended_is_no_failure(dom
     assert not caplog.records
 
 
-# -- text that is no UTF-8, as file names and YARP's texts may be ------------------------------------
 def test_text_that_is_no_utf_8_is_answered_and_others_follow(domain):
     name = Feature(name="Name", kind=FeatureKind.STRING, access=AccessMode.READ_WRITE, value="caf\udce9")
     camera = ScriptedGrabber([name])
@@ -295,7 +291,6 @@ def test_text_that_is_no_utf_8_is_answered_and_others_follow(domain):
         parameters.close()
 
 
-# -- /rosout -----------------------------------------------------------------------------------------
 def test_rosout_carries_warnings_and_errors(domain, probe):
     from rclpy.qos import DurabilityPolicy, QoSProfile
 

@@ -210,7 +210,6 @@ def test_the_answer_is_of_the_instance_that_was_written(call, camera, monkeypatc
     assert camera.feature("BalanceRatio").value == OTHERS["Blue"]
 
 
-# -- std_srvs ----------------------------------------------------------------------------------------
 def test_the_stream_stops_and_starts(probe, camera):
     assert probe.call(Trigger, "/cam/stop").success
     assert not camera.streaming

@@ -89,7 +89,6 @@ def reported_of(events, name):
                     return how, parameter_value_to_python(parameter.value)
 
 
-# -- rqt_reconfigure -------------------------------------------------------------------------------------
 def test_every_range_of_a_camera_fits_on_a_slider_and_every_type_is_its_values(domain):
     camera = sources.create("sim:?width=64&height=48&pixel_format=BayerRG8")
     camera.open()
@@ -197,7 +196,6 @@ def test_refused_parameters_are_reported_with_their_value(scripted, events_of):
     assert reported_of(events, "Gain") == ("changed", 6.0)
 
 
-# -- ros2 param ------------------------------------------------------------------------------------------
 @pytest.fixture
 def locked(scripted):
     serial = Feature(name="Serial", kind=FeatureKind.STRING, access=AccessMode.READ_ONLY, value="1.0")

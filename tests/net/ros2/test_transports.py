@@ -153,7 +153,6 @@ def test_programs_that_start_later_are_told_of_ours_more_often_than_every_three_
     assert announced[-1] - announced[0] < 6, "at 3 s each it would be 9"
 
 
-# -- discovery server ------------------------------------------------------------------------------
 @pytest.fixture
 def discovery_server(monkeypatch, tmp_path):
     """A discovery server of Fast DDS, and the environment of its clients."""

@@ -231,7 +231,6 @@ def test_a_service_that_ends_lets_no_client_wait(
         assert not any(reply.result(PATIENCE).ok for reply in replies)
 
 
-# -- our client on a server of YARP's own ----------------------------------------------------------
 def test_numbers_become_named_features(wire: Wire, grabber: FrameGrabber) -> None:
     remote = NumberFeatures(wire.ask)
     exposure, local = remote.read("ExposureTime"), grabber.feature("ExposureTime")
@@ -316,7 +315,6 @@ def test_a_server_that_has_nothing(dialect: Dialect) -> None:
     assert remote.changes() == frozenset()
 
 
-# -- our vocabulary --------------------------------------------------------------------------------
 def test_the_whole_tree_is_served(wire: Wire, grabber: FrameGrabber) -> None:
     def ask(verb: str, *arguments: str) -> object:
         request = Bottle.decode(grabber_values.tree_request(verb, *arguments).encode(wire.dialect))

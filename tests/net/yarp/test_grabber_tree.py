@@ -206,7 +206,6 @@ def test_json_of_any_shape_is_read_or_refused(data: object) -> None:
             assert tree.dumps(read(tree.loads(text))) == text
 
 
-# -- changes ---------------------------------------------------------------------------------------
 @pytest.fixture
 def grabber() -> ScriptedGrabber:
     return ScriptedGrabber([FULL])

@@ -74,7 +74,6 @@ def test_a_short_deadline_is_not_rounded_to_none(seconds: float) -> None:
     assert found == pytest.approx(seconds, abs=0.02)  # the kernel counts in its own ticks
 
 
-# -- bodies of messages ------------------------------------------------------------------------------
 @pytest.fixture
 def connection() -> Iterator[tuple[socket.socket, socket.socket]]:
     """Both ends of a connection on the loopback: the reader's and the sender's."""

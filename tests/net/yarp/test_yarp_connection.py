@@ -236,7 +236,6 @@ def test_a_reader_of_mjpeg_leaves_the_response_to_its_own_reader():
     assert reader.trailing_data == b"HTTP/1.0 200 OK\r\n" and reader.phase is Phase.SWITCHED
 
 
-# -- recorded conversations --------------------------------------------------------------------------
 def replayed(conversation: Conversation, dialect: Dialect, step: int):
     """Both sides' events, read from a recorded conversation; each end gets what the other one read.
 
@@ -295,7 +294,6 @@ def test_real_administration_over_text(step):
     assert replies >= 5
 
 
-# -- what must be refused ----------------------------------------------------------------------------
 def test_every_reader_has_its_place_in_the_table_and_every_phase_a_row():
     assert set(TRANSITIONS) == set(Phase)
     for phase, who in READERS:

@@ -107,7 +107,6 @@ def test_the_whole_chain_reaches_the_marker(runner, simulated):
     assert simulated.robot.limit_violations == 0
 
 
-# -- tf ------------------------------------------------------------------------------------------
 def test_the_camera_is_where_tf_has_it(simulated, model, listener):
     messages = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not installed")
     from geometry_msgs.msg import TransformStamped
@@ -131,7 +130,6 @@ def test_the_camera_is_where_tf_has_it(simulated, model, listener):
         robot.close()
 
 
-# -- what others see -----------------------------------------------------------------------------
 def test_what_happens_is_published_and_anybody_can_stop_it(runner, simulated, listener, board_shown):
     from diagnostic_msgs.msg import DiagnosticStatus
     from std_msgs.msg import Empty
@@ -232,7 +230,6 @@ def test_a_bad_name_is_refused(runner):
         Ros2Publisher(runner, "/my servo")
 
 
-# -- the commands --------------------------------------------------------------------------------
 def test_the_commands_reach_the_marker_in_two_processes(listener, tmp_path, capsys, monkeypatch, config):
     monkeypatch.setattr("grabbergui.servo.cli.servo.configuration", lambda options: config)
     markers = []

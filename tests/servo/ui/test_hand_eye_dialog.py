@@ -40,7 +40,6 @@ def dialog(qtbot):
     return made
 
 
-# -- setters and signals ---------------------------------------------------------------------------
 def test_a_setup_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialog, qtbot):
     marker = MarkerConfig(
         kind="grid", dictionary="tag36h11", size=0.04, columns=3, rows=2, pitch=0.06, first=7
@@ -117,7 +116,6 @@ def test_every_page_fits_800_by_600_pixels_in_either_look(dialog, qapp, theme):
         assert (dialog.width(), dialog.height()) == (800, 600)
 
 
-# -- a robot in simulated time -----------------------------------------------------------------------
 class Files:
     """Answers the question for a file."""
 
@@ -275,7 +273,6 @@ def test_what_cannot_be_is_said_before_anything_moves(wizard):
     del bench.robot.state
 
 
-# -- rendered images, in real time -------------------------------------------------------------------
 def test_the_simulated_camera_goes_where_the_eye_is_said_to_be(wizard):
     robot = SimRobot(teo.MODEL)
     cameras = SimulatedCameras(robot)
