@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import select
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -18,6 +19,9 @@ from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.driver.device import FrameCounter, StreamRequest, deliver_or_log
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES
 from grabbergui.driver.v4l2.video import CurrentFormat, Filled, VideoDevice
+
+if sys.platform != "linux":
+    raise ImportError("Video4Linux is a part of Linux")
 
 BUFFERS = 8
 "Number of mapped buffers. Frames are copied out of them, so that consumers may keep frames."

@@ -216,7 +216,8 @@ class SourceListView(QWidget):
 
     def setSources(self, sources: Sequence[ListedSource]) -> None:
         """Show these sources; keep the selection, and what is in view: a search may bring others any time."""
-        selected = self._current if self._select_current or not self.selected else self.selected
+        chosen = self.selected
+        selected = self._current if self._select_current or not chosen else chosen
         self._select_current &= all(source.info.uri != self._current for source in sources)
         before = self.sourceList.currentItem()
         current = "" if before is None else before.data(SOURCE_ROLE).info.uri
@@ -237,8 +238,10 @@ class SourceListView(QWidget):
                 self.sourceList.setCurrentItem(item, QItemSelectionModel.SelectionFlag.NoUpdate)
             item.setSelected(source.info.uri == selected)
         self._hide_open()
-        if scroll_bar is not None:
-            self.sourceList.doItemsLayout()  # or the range is not yet known
+        self.sourceList.doItemsLayout()  # or the scroll bar's range is not yet known
+        if selected != chosen and (items := self.sourceList.selectedItems()):
+            self.sourceList.scrollToItem(items[0])
+        elif scroll_bar is not None:
             scroll_bar.setValue(scrolled)
         self.sourceList.blockSignals(blocked)
         self._update_button()
