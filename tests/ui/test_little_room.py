@@ -168,7 +168,7 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app
     app.until(lambda: all(row.editor is not None and row.isVisible() for row in rows))
     before.editor.field.setFocus()
     app.until(before.editor.field.hasFocus)
-    for _ in range(20):
+    for _ in range(60):
         QTest.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
         if last.isAncestorOf(QApplication.focusWidget()):
             break

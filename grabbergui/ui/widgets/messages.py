@@ -24,16 +24,23 @@ _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "
 
 
 def _fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
-    """Fill a layout with a button for each offer."""
-    while (item := layout.takeAt(0)) is not None:
-        if (old := item.widget()) is not None:
-            old.hide()
-            old.deleteLater()
-    for offer in offers:
-        button = QPushButton(offer.label)
-        button.setObjectName("offerButton")
+    """Fill a layout with a button for each offer. Buttons with the same labels stay: one may be pressed."""
+    buttons = [item.widget() for item in map(layout.itemAt, range(layout.count())) if item is not None]
+    present = [button for button in buttons if isinstance(button, QPushButton)]
+    if [button.text() for button in present] == [offer.label for offer in offers]:
+        for button in present:
+            button.clicked.disconnect()
+    else:
+        while (item := layout.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.hide()
+                old.deleteLater()
+        present = [QPushButton(offer.label) for offer in offers]
+        for button in present:
+            button.setObjectName("offerButton")
+            layout.addWidget(button)
+    for button, offer in zip(present, offers, strict=True):
         button.clicked.connect(lambda _, act=offer.act: act())
-        layout.addWidget(button)
 
 
 class MessageBar(QFrame):

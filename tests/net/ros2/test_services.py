@@ -41,6 +41,16 @@ def probe(camera, domain):
 
 
 @pytest.fixture
+def streaming(camera):
+    """The camera in colour, streaming, whatever the tests before left."""
+    camera.stop()
+    camera.write_feature("PixelFormat", "BayerRG8")
+    camera.start()
+    yield camera
+    camera.stop()
+
+
+@pytest.fixture
 def call(probe):
     def call(kind, **request):
         name = "".join(f"_{c.lower()}" if c.isupper() else c for c in kind.__name__).strip("_")
@@ -237,13 +247,15 @@ def test_a_trigger_gives_one_image(probe, camera):
         ("white_balance_once", "BalanceWhiteAuto"),
     ],
 )
-def test_one_push_regulates_once(probe, camera, service, mode):
+def test_one_push_regulates_once(probe, streaming, service, mode):
+    camera = streaming
     camera.write_feature(mode, "Continuous")
     assert probe.call(Trigger, f"/cam/{service}").success
     assert camera.feature(mode).value in ("Once", "Off")
 
 
-def test_user_sets_are_saved_and_loaded_though_the_camera_streams(probe, camera):
+def test_user_sets_are_saved_and_loaded_though_the_camera_streams(probe, streaming):
+    camera = streaming
     before = camera.feature("Gain").value
     camera.write_feature("Gain", 7)
     assert probe.call(Trigger, "/cam/user_sets/UserSet1/save").success
@@ -255,7 +267,8 @@ def test_user_sets_are_saved_and_loaded_though_the_camera_streams(probe, camera)
     camera.write_feature("Gain", before)
 
 
-def test_metadata_have_the_stamp_of_their_image(probe, camera):
+def test_metadata_have_the_stamp_of_their_image(probe, streaming):
+    camera = streaming
     from diagnostic_msgs.msg import DiagnosticArray
     from sensor_msgs.msg import Image
 
