@@ -21,7 +21,7 @@ reading them a little later."""
 SHORTENING = 0.01
 "Share by which the next block is awaited for less time, if this one was complete when it was looked at."
 LENGTHENING = 1.25
-"Largest factor by which the next block is awaited longer: one late block says little about the next."
+"Largest factor by which the next block is awaited longer, after two late ones: one says nothing about it."
 FASTEST = 600e6
 """Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
 others are read. We still wait for a burst if the camera rests after it."""
@@ -49,6 +49,8 @@ class Pace:
         self._most_packets = most_packets
         self._spacing = 0.0
         "Seconds from a block's beginning to its end, divided by its packets; 0 while unknown."
+        self._seen = 0.0
+        "The same of the last block, as far as it was seen: at most so much."
         self._begun: float | None = None
         "Time at which the block in progress was first seen; None between blocks."
         self._packets = 0
@@ -101,12 +103,13 @@ class Pace:
     def _learn(self, complete: float, incomplete: float) -> None:
         """Learn from a block that was complete after so many seconds, and incomplete at the look before."""
         spacing, due = complete / self._packets, self._spacing * self._packets
+        before, self._seen = self._seen, spacing
         if complete < due - SHORTEST_PAUSE or not self._spacing:
             self._spacing = spacing
         elif incomplete < due:
             self._spacing *= 1 - SHORTENING
         else:
-            self._spacing = min(spacing, LENGTHENING * self._spacing)
+            self._spacing = max(min(spacing, before, LENGTHENING * self._spacing), self._spacing)
 
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
         """Return the seconds to wait while `expected` packets of `packet_bytes` remain until a block's end.
