@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 MOST_INCOMPLETE = 0.1
 "Part of the sets that may be incomplete, as the first ones often are, before `check` calls it a problem."
 CHECK_SECONDS = 3.0
-"How long `check` watches the stream, unless told otherwise."
+"Seconds for which `check` watches the stream without `-t`."
 
 
 AFTER = 1.0

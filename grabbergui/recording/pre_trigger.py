@@ -9,7 +9,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, FrameSink, FrameSource
 
 MOST_MEMORY = 1 << 30
-"Bytes of the frames that are kept, unless told otherwise."
+"Bytes of the frames that are kept, by default."
 QUEUE_DEPTH = 1 << 16
 "Frames that may wait for the disk: those from before arrive all at once."
 

@@ -12,6 +12,7 @@ All times are nanoseconds of one clock; `now` may be of another one. One thread.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -67,7 +68,7 @@ class SetTimes:
     "Time from the arrival of a set's first frame after which the set is given up."
 
     def certain(self, stamp: FrameStamp) -> bool:
-        """Whether the time alone tells a frame's moment from the next one.
+        """Whether the time alone distinguishes a frame's moment from the next one.
 
         Frames of one moment are measured at most `skew + 2 u` apart, those of different moments at least
         `period - skew - 2 u`; the tolerance must separate the two.
@@ -132,7 +133,7 @@ class FrameSet(dict[str, T], Generic[T]):
         self.stamps[camera] = stamp
 
 
-class SetMatcher(Generic[T]):
+class SetMatcher(ABC, Generic[T]):
     """Gathers frames into sets; subclasses say which set a frame belongs to.
 
     `add`, `advance` and `flush` return the sets that are finished, in the order of their moments.
@@ -197,9 +198,9 @@ class SetMatcher(Generic[T]):
         finished, self._open = self._open, []
         return self._delivered(finished)
 
+    @abstractmethod
     def _set_of(self, camera: str, stamp: FrameStamp, now_ns: int) -> FrameSet[T] | None:
         """Return the open or a new set for a frame; None, counted, for one that belongs to none."""
-        raise NotImplementedError
 
     def _is_finished(self, candidate: FrameSet[T], now_ns: int) -> bool:
         if not candidate.missing or now_ns - candidate.arrived_ns >= self.times.wait_ns:
@@ -364,7 +365,7 @@ class MatchByCounter(SetMatcher[T]):
         self._open.sort(key=lambda each: each.index)
         ordered = [each.time_ns for each in self._open]
         if certain and ordered != sorted(ordered):
-            # Its number and its time contradict each other, and no set tells which of them is right.
+            # Its number and its time contradict each other, and no set shows which one is right.
             self._open.remove(begun)
             self.statistics.strays += 1
             return None

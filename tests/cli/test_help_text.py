@@ -116,7 +116,9 @@ def test_output_has_no_colour_where_nobody_wants_it(monkeypatch, capsys):
 def test_a_guest_that_was_deleted_adds_no_command(monkeypatch):
     gone = EntryPoint("gone", "grabbergui.gone.cli:add_commands", GROUP)
     monkeypatch.setattr(guests, "guest_commands", lambda: {"gone": gone})
-    add_guest_commands(None, ["gone"])
+    commands = argparse.ArgumentParser().add_subparsers()
+    add_guest_commands(commands, ["gone"])
+    assert not commands.choices
 
 
 def test_a_guest_that_lacks_a_package_says_so(monkeypatch, tmp_path):

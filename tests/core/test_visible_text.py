@@ -56,9 +56,10 @@ def test_each_call_prints_one_line(capsys):
     assert err == "c\\r\n\r\x1b[Kh\\x07"
 
 
-def test_a_closed_stream_is_no_error(monkeypatch):
+def test_a_closed_stream_is_no_error(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdout", None)
     print_line("lost")
+    assert capsys.readouterr() == ("", "")
 
 
 def test_an_uncaught_error_does_not_control_the_terminal(capsys):

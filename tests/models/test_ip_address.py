@@ -26,7 +26,7 @@ def host(monkeypatch):
 
 @pytest.fixture
 def sent(monkeypatch):
-    """What the camera is told; `fails` are the errors of the next attempts to open it."""
+    """The addresses that the camera gets; `fails` are the errors of the next attempts to open it."""
     calls = []
 
     class Device:

@@ -329,7 +329,7 @@ def test_a_source_that_is_being_opened_can_be_cancelled(bench):
     assert bench.sources.current is first and bench.sources.pending is None
     until(lambda: slow.calls[-1:] == ["close"] or not slow.calls, "letting go of it")
     bench.link.connect_to("sim:")
-    assert bench.sources.current is not first, "the same once more: closed, and opened anew"
+    assert bench.sources.current is not first, "it was closed and opened again"
     assert bench.failures == []
 
 

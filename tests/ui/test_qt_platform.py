@@ -11,7 +11,7 @@ from grabbergui.ui.preferences import Preferences
 @pytest.mark.parametrize("value", ["", "offscreen", "offscreen:size=10x10", "nothing;offscreen", "minimal"])
 def test_a_platform_that_qt_has_is_used(monkeypatch, value):
     monkeypatch.setenv("QT_QPA_PLATFORM", value)
-    require_platform()
+    assert require_platform() is None
 
 
 @pytest.mark.parametrize("value", ["cocoa", "nothing;neither"])

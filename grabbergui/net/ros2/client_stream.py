@@ -132,7 +132,7 @@ _SENDERS = 10
 
 
 class _Senders:
-    """Tells whether images of several publishers alternate. A killed one stays listed, but sends none."""
+    """Detects that images of several publishers alternate. A killed one stays listed, but sends none."""
 
     def __init__(self) -> None:
         self._newest: deque[bytes | None] = deque(maxlen=_SENDERS)

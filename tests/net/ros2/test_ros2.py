@@ -340,7 +340,7 @@ def as_image_geometry(message):
 def test_a_calibrated_region_stays_right_when_the_camera_bins_and_the_region_moves(
     server, probe, camera, remote
 ):
-    """The image has the same size throughout, so its size tells nothing."""
+    """The image has the same size throughout, so its size shows no change."""
     info = CameraInfo(width=320, height=240, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
     info.k = [500.0, 0.0, 160.0, 0.0, 500.0, 120.0, 0.0, 0.0, 1.0]
     assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=info).success
