@@ -40,8 +40,10 @@ class FittedCalibration:
         "Why the file was not loaded; empty if it was, or if there is none yet."
         self._assumed: tuple[Calibration | None, Calibration | None] = (None, None)
         "A calibration that does not record its geometry, and the same with the one that it counts as."
-        self._fitted: tuple[object, FrameCalibration | None] = (None, None)
+        self._fitted: tuple[object, FrameCalibration | UsageError | None] = (None, None)
         "Geometry to which the calibration was fitted last, and the result; exchanged as one."
+        self._warned: UsageError | None = None
+        "The result of which `forms` has warned."
         if file is not None:
             self.use(file)
 
@@ -107,6 +109,19 @@ class FittedCalibration:
 
     def forms(self, frame: Frame) -> FrameCalibration | None:
         """Return the calibration of a frame, as `of`, also in ROS's form."""
+        try:
+            return self.fit(frame)
+        except UsageError as error:
+            if error is not self._warned:
+                self._warned = error
+                log.warning("images are sent without a calibration: %s", error)
+            return None
+
+    def fit(self, frame: Frame) -> FrameCalibration | None:
+        """Return the calibration of a frame; None without one, or while the camera does not answer.
+
+        Raises UsageError if it cannot be fitted to the frame.
+        """
         size = (frame.width, frame.height)
         calibration = self.calibration
         if calibration is None:
@@ -118,15 +133,15 @@ class FittedCalibration:
             log.debug("the geometry of the images is not known: %s", error)
             return None
         key = (calibration, size, geometry)
-        last_key, last = self._fitted
-        if key == last_key:
-            return last
-        try:
-            result = self._fit(calibration, size, geometry, assume=True)
-        except GrabberError as error:
-            log.warning("images are sent without a calibration: %s", error)
-            result = None
-        self._fitted = key, result
+        last_key, result = self._fitted
+        if key != last_key:
+            try:
+                result = self._fit(calibration, size, geometry, assume=True)
+            except UsageError as error:
+                result = error
+            self._fitted = key, result
+        if isinstance(result, UsageError):
+            raise result.with_traceback(None)  # otherwise it would grow with each frame
         return result
 
     def now(self) -> Calibration:

@@ -50,8 +50,11 @@ class GeometryReader:
         return self._at(pair_of(self._grabber, _OFFSET) or (0, 0), listen=False)
 
     def close(self) -> None:
-        """Release the grabber. May be called twice."""
-        self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+        """Release the grabber until the next frame. May be called twice."""
+        with self._lock:
+            self._listening = False
+            self._known = (-1, None)
+            self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def _at(self, offset: Pair, *, listen: bool) -> ImageGeometry | None:
         with self._lock:

@@ -12,16 +12,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from contextlib import suppress
 
 import numpy as np
 from psygnal import Signal
 
-from grabbergui.calibration.frame_geometry import GEOMETRY_FEATURES, GeometryReader
+from grabbergui.calibration.calibration_choice import CalibrationWatch
 from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.image_geometry import ImageGeometry
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.errors import RobotStoppedError
@@ -81,8 +79,7 @@ class Runner:
         self._make_detector = detector
         self._detector: Detector | None = None
         self._images, self._stamps = ImageWatch(), SenderStamps()
-        self._geometry: ImageGeometry | None = None
-        "Where the pixels of the camera's images lie on its sensor; None if it does not report it."
+        self._calibrations = CalibrationWatch(grabber)
         self._renew = False
         self._tuned: Config | None = None
         self._running = threading.Event()
@@ -193,20 +190,6 @@ class Runner:
         """Make a new detector for the next frame, for instance after a calibration. Any thread."""
         self._renew = True
 
-    def _on_features_changed(self, names: frozenset[str]) -> None:
-        """The calibration follows the camera's binning and region; so must the detector, which has it.
-
-        These features are also named when a lock over them may have changed. A renewed detector forgets which
-        images it has seen, so it is renewed only for another geometry.
-        """
-        if names.isdisjoint(GEOMETRY_FEATURES):
-            return
-        before = self._geometry
-        with suppress(GrabberError):
-            self._geometry = GeometryReader(self.grabber).now()
-        if self._geometry != before:
-            self.renew_detector()
-
     def tune(self, config: Config) -> None:
         """Change gains, limits and rate from the next cycle on. Any thread."""
         self._tuned = config
@@ -215,8 +198,6 @@ class Runner:
         failure: Exception | None = None
         queue = self.grabber.open_queue(1)
         try:
-            self._geometry = GeometryReader(self.grabber).now()
-            self.grabber.features_changed.connect(self._on_features_changed)
             self.grabber.start()
             due = time.monotonic()
             while self._running.is_set():
@@ -238,7 +219,7 @@ class Runner:
             self._running.clear()
             self.gate.halt(ENDED)
             queue.close()
-            self.grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+            self._calibrations.close()
             self._close_detector()
         if isinstance(failure, GrabberError):
             log.error("servo loop: %s", failure)
@@ -263,7 +244,8 @@ class Runner:
             return None
         began = time.monotonic()
         captured = min(frame.captured, began) - self._stamps.seconds_late(frame)
-        if self._detector is None or self._renew:
+        # A renewed detector forgets which images it has seen, so it is renewed for nothing else.
+        if self._calibrations.another(frame) or self._detector is None or self._renew:
             self._renew = False  # first: a request during this image is for the next one
             self._close_detector()
             self._detector, self._images = self._make_detector(frame), ImageWatch()

@@ -10,17 +10,20 @@ import os
 import sys
 import threading
 import time
+import types
 
 import cv2
 import numpy as np
 import pytest
 from psygnal import Signal
 
+from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui.calibration import geometry
 from grabbergui.cli import CommandParser
 from grabbergui.core import environment
 from grabbergui.core.errors import UsageError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame import FrameStatus
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered_scene import Things, at, board_pose
@@ -28,6 +31,7 @@ from grabbergui.recording.movie_writer import MovieFile
 from grabbergui.servo import closed_loop, plot_image, report
 from grabbergui.servo.cli import servo as command
 from grabbergui.servo.config import Config
+from grabbergui.servo.detection import Detector
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.runner import Runner
@@ -281,6 +285,37 @@ def test_an_image_that_is_not_complete_is_not_announced_as_one_that_counted():
 
         until(lost)
         assert set(cycles) == {None}
+    finally:
+        runner.stop()
+
+
+def test_the_detector_is_made_again_where_the_camera_bins():
+    sizes = {"WidthMax": 64, "HeightMax": 48, "BinningHorizontal": 1, "BinningVertical": 1}
+    source = ScriptedGrabber(
+        Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_WRITE, value=value)
+        for name, value in sizes.items()
+    )
+    made, noise = [], np.random.default_rng(1)
+
+    def detector(frame):
+        made.append(frame.frame_id)
+        return Detector(types.SimpleNamespace(detect=lambda grey: []))
+
+    def send(number):
+        pixels = noise.integers(0, 256, (48, 64), np.uint8)
+        source._fanout.put(dataclasses.replace(frame_of(pixels), frame_id=number))
+        until(lambda: runner.images == number)
+
+    runner = Runner(source, SimRobot(teo.MODEL), detector)
+    runner.start()
+    try:
+        until(lambda: source._fanout.consumers)
+        send(1)
+        send(2)
+        source.set("BinningVertical", 2)
+        send(3)
+        send(4)
+        assert made == [1, 3]
     finally:
         runner.stop()
 

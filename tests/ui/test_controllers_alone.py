@@ -109,9 +109,7 @@ def test_a_region_cannot_be_drawn_where_there_is_no_image(program, qtbot):
 def test_loading_a_calibration_that_is_cancelled_does_nothing(program):
     buttons = actions(program.owner, "actionCalibrate", "actionLoadCalibration", "actionShowCalibration")
     files, image = NoFiles(), ImageModel()
-    CalibrationViewController(
-        buttons, Painted(), files, program.open_sources, image, program.said, program.owner
-    )
+    CalibrationViewController(buttons, files, program.open_sources, image, program.said, program.owner)
 
     assert not buttons.actionLoadCalibration.isEnabled()  # there is no camera
     buttons.actionLoadCalibration.setEnabled(True)

@@ -7,6 +7,7 @@ import pytest
 
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.image_geometry import ImageGeometry
 
 
 @pytest.fixture
@@ -17,35 +18,40 @@ def app(make_app):
     return app
 
 
-def barrel(width=320, height=240):
+def barrel(width=320, height=240, **more):
     matrix = np.array([[260.0, 0, width / 2], [0, 260.0, height / 2], [0, 0, 1]])
-    return Calibration(width, height, matrix, np.array([-0.3, 0.08, 0, 0, 0]))
+    return Calibration(width, height, matrix, np.array([-0.3, 0.08, 0, 0, 0]), **more)
 
 
 def shown(app):
-    return app.program.image.settings.calibration
+    """The calibration with which the newest image is shown undistorted."""
+    return app.program.image.latest.calibration
+
+
+def load(app, path, calibration):
+    camera_info.save(calibration, path)
+    app.program.calibration.load(path)
 
 
 def test_a_calibration_is_loaded_shown_and_put_away(app, tmp_path):
     window = app.window
     assert window.actionLoadCalibration.isEnabled() and not window.actionShowCalibration.isEnabled()
-    camera_info.save(barrel(), tmp_path / "lens.yaml")
-    app.program.calibration.load(tmp_path / "lens.yaml")
+    load(app, tmp_path / "lens.yaml", barrel())
     assert window.actionShowCalibration.isChecked()
+    app.until(lambda: shown(app) is not None)
     assert np.allclose(shown(app).distortion, barrel().distortion)
     assert any("undistorted" in text for text in app.errors)
     app.watch()
     window.actionShowCalibration.trigger()
-    assert shown(app) is None
+    app.until(lambda: shown(app) is None)
     window.actionShowCalibration.trigger()
-    assert shown(app) is not None
+    app.until(lambda: shown(app) is not None)
 
 
 def test_a_calibration_of_another_crop_is_refused_with_a_message(app, tmp_path):
-    camera_info.save(barrel(width=640), tmp_path / "wide.yaml")
-    app.program.calibration.load(tmp_path / "wide.yaml")
-    assert shown(app) is None and not app.window.actionShowCalibration.isChecked()
-    assert any("another crop" in text for text in app.errors)
+    load(app, tmp_path / "wide.yaml", barrel(width=640, geometry=ImageGeometry((640, 240))))
+    app.until(lambda: any("another crop" in text for text in app.errors))
+    assert not app.window.actionShowCalibration.isChecked() and shown(app) is None
     (tmp_path / "odd.yaml").write_text("nonsense")
     app.program.calibration.load(tmp_path / "odd.yaml")
     assert any("odd.yaml" in text for text in app.errors)
@@ -53,18 +59,22 @@ def test_a_calibration_of_another_crop_is_refused_with_a_message(app, tmp_path):
 
 def test_a_calibration_of_another_camera_is_shown_with_a_message(app, tmp_path):
     mine = app.grabber.info
-    camera_info.save(barrel().made_with(mine), tmp_path / "lens.yaml")
-    app.program.calibration.load(tmp_path / "lens.yaml")
+    load(app, tmp_path / "lens.yaml", barrel().made_with(mine))
     assert not any("another camera" in text for text in app.errors)
-    camera_info.save(barrel().made_with(replace(mine, serial="4711")), tmp_path / "lens.yaml")
-    app.program.calibration.load(tmp_path / "lens.yaml")
-    assert shown(app) is not None
+    load(app, tmp_path / "lens.yaml", barrel().made_with(replace(mine, serial="4711")))
+    app.until(lambda: shown(app) is not None)
     assert any(f"another camera, {mine.model} 4711" in text for text in app.errors)
 
 
-def test_it_is_given_up_where_the_frames_become_another_crop(app, tmp_path):
-    camera_info.save(barrel(), tmp_path / "lens.yaml")
-    app.program.calibration.load(tmp_path / "lens.yaml")
-    app.grabber.write_feature("Height", 120)
-    app.until(lambda: not app.window.actionShowCalibration.isChecked())
-    assert shown(app) is None
+def test_it_follows_binning_and_region(app, tmp_path):
+    load(app, tmp_path / "lens.yaml", barrel())
+    app.until(lambda: shown(app) is not None)
+    column = app.grabber.feature("OffsetX").value + 160
+    for name, value in (("BinningHorizontal", 2), ("BinningVertical", 2), ("Width", 160), ("Height", 120)):
+        app.grabber.write_feature(name, value)
+    app.until(lambda: shown(app) is not None and shown(app).width == 160)
+    assert shown(app).matrix[0, 0] == pytest.approx(130), "twice the angle for each pixel"
+    app.grabber.write_feature("OffsetX", 700)
+    centre = (column + 0.5) / 2 - 0.5 - 700
+    app.until(lambda: shown(app) is not None and shown(app).matrix[0, 2] == pytest.approx(centre))
+    assert app.window.actionShowCalibration.isChecked()

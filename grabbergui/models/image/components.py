@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.component import Component, ComponentKind, own_component
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage
@@ -83,5 +84,7 @@ class ShownImage:
     "The component that is shown, one of `labels`."
     quantity: Quantity | None = None
     "The quantity that the colours represent; None for light."
+    calibration: Calibration | None = None
+    "The calibration by which it is shown undistorted; None if it is shown as it is."
     others: tuple[ShownImage, ...] = ()
     "The same part of the other components; empty unless all are shown side by side."

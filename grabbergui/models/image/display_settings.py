@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from grabbergui.core.calibration import Calibration
+from grabbergui.core.calibration import FrameCalibration
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.frame import Frame
 from grabbergui.models.image.orientation import Orientation
@@ -45,8 +45,9 @@ class DisplaySettings:
     scan: Scan3d = field(default_factory=Scan3d)
     "The camera's description of its coordinates."
     polarised: PolarisedView = PolarisedView.MOSAIC
-    calibration: Calibration | None = None
-    "The calibration that undistorts frames of its size; None shows frames with their distortion."
+    calibration: Callable[[Frame], FrameCalibration | None] | None = None
+    """Returns the calibration that undistorts a frame; raises UsageError if it does not fit that frame.
+    Called by the display thread, as it may ask the camera. None shows frames with their distortion."""
 
     def quantity(self, frame: Frame) -> Quantity | None:
         """Return the quantity that a frame measures; None for light. Raises PixelFormatError."""
@@ -72,11 +73,6 @@ class DisplaySettings:
             colour_map=appearance.colour_map,
             polarised=appearance.polarised,
         )
-
-    def undistorts(self, frame: Frame) -> Calibration | None:
-        """Return the calibration that undistorts a frame, if any."""
-        known = self.calibration
-        return known if known and (known.width, known.height) == (frame.width, frame.height) else None
 
 
 def with_levels(settings: DisplaySettings, black: float, white: float) -> DisplaySettings:

@@ -10,7 +10,8 @@ from dataclasses import replace
 import cv2
 from psygnal import Signal
 
-from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import FrameTimeoutError, PixelFormatError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
@@ -47,6 +48,8 @@ class ImageModel:
     """`take` returns a new image."""
     failed = Signal(str)
     """Frames cannot be converted, as display text; once for each cause."""
+    not_undistorted = Signal(str)
+    """The calibration of the settings does not fit the shown frame, as display text; for each frame."""
 
     def __init__(self) -> None:
         self._queue: FrameQueue | None = None
@@ -278,12 +281,24 @@ class ImageModel:
         label = settings.component if settings.component in labels else own_label(frame)
         part = self._component(frame, label) if labels else frame
         quantity = settings.quantity(part)
-        image = render(part, region, size, settings, quantity)
+        calibration = self._calibration(part, settings)
+        image = render(part, region, size, settings, quantity, calibration)
         seen = settings.orientation.view_size(part.width, part.height)
-        shown = ShownImage(part, image, *seen, labels, label, quantity)
+        shown = ShownImage(part, image, *seen, labels, label, quantity, calibration)
         if not (settings.side_by_side and labels):
             return shown
         return replace(shown, others=self._beside(frame, shown, region, size, settings))
+
+    def _calibration(self, frame: Frame, settings: DisplaySettings) -> Calibration | None:
+        """Return the calibration by which to show a frame undistorted; None shows it as it is."""
+        if settings.calibration is None:
+            return None
+        try:
+            forms = settings.calibration(frame)
+        except UsageError as error:
+            self.not_undistorted.emit(error_text(error))
+            return None
+        return None if forms is None else forms.image
 
     def _beside(
         self,
@@ -302,11 +317,14 @@ class ImageModel:
                 whole = look.orientation.view_size(part.width, part.height)
                 view = region and scaled_region(region, (shown.width, shown.height), whole)
                 quantity = look.quantity(part)
-                image = render(part, view, size, look, quantity)
+                # A lens has one calibration; components of another size are from another sensor.
+                same = (part.width, part.height) == (shown.frame.width, shown.frame.height)
+                calibration = shown.calibration if same else None
+                image = render(part, view, size, look, quantity, calibration)
             except PixelFormatError as error:
                 log.debug("%s cannot be shown: %s", label, error)
                 continue
-            others.append(ShownImage(part, image, *whole, shown.labels, label, quantity))
+            others.append(ShownImage(part, image, *whole, shown.labels, label, quantity, calibration))
         return tuple(others)
 
     def _component(self, frame: Frame, label: str) -> Frame:

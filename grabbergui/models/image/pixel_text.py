@@ -18,7 +18,7 @@ MOST_VALUES = 2500
 def cursor_text(shown: ShownImage, pixel: tuple[int, int], settings: DisplaySettings) -> str:
     """Describe a pixel of the view: its column and line in the frame, and the value with its unit."""
     frame = shown.frame
-    x, y = _pixel_of_frame(frame, pixel, settings)
+    x, y = _pixel_of_frame(shown, pixel, settings)
     place = f"x {x}  y {y}"
     try:
         values = ", ".join(map(_sample_text, value_at(frame, x, y)))
@@ -43,12 +43,11 @@ def beside_text(
 
 def value_at_text(shown: ShownImage, pixel: tuple[int, int], settings: DisplaySettings) -> str:
     """Return the value at a pixel of the view, with its unit if it has one; empty if it cannot be read."""
-    frame = shown.frame
-    x, y = _pixel_of_frame(frame, pixel, settings)
+    x, y = _pixel_of_frame(shown, pixel, settings)
     try:
         if shown.quantity is not None:
             return _quantity_text(shown.quantity, x, y)
-        return ", ".join(map(_sample_text, value_at(frame, x, y)))
+        return ", ".join(map(_sample_text, value_at(shown.frame, x, y)))
     except (PixelFormatError, IndexError):
         return ""
 
@@ -59,7 +58,7 @@ def value_texts(shown: ShownImage, settings: DisplaySettings) -> dict[tuple[int,
     Empty if the region is too large or undistorted, or if the format cannot be read.
     """
     frame, region = shown.frame, shown.image.region
-    if region.width * region.height > MOST_VALUES or settings.undistorts(frame) is not None:
+    if region.width * region.height > MOST_VALUES or shown.calibration is not None:
         return {}
     texts = {}
     try:
@@ -77,11 +76,10 @@ def _sample_text(value: float) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _pixel_of_frame(frame: Frame, pixel: tuple[int, int], settings: DisplaySettings) -> tuple[int, int]:
+def _pixel_of_frame(shown: ShownImage, pixel: tuple[int, int], settings: DisplaySettings) -> tuple[int, int]:
     """Return the column and line in the frame of a pixel of the view."""
-    x, y = settings.orientation.pixel(*pixel, frame.width, frame.height)
-    calibration = settings.undistorts(frame)
-    return (x, y) if calibration is None else distorted_pixel(calibration, x, y)
+    x, y = settings.orientation.pixel(*pixel, shown.frame.width, shown.frame.height)
+    return (x, y) if shown.calibration is None else distorted_pixel(shown.calibration, x, y)
 
 
 def _quantity_text(quantity: Quantity, x: int, y: int) -> str:

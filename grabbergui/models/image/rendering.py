@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.pixels import DisplayImage, Region, for_display
@@ -29,18 +30,19 @@ def render(
     size: tuple[int, int] | None,
     settings: DisplaySettings,
     quantity: Quantity | None = None,
+    calibration: Calibration | None = None,
 ) -> DisplayImage:
     """Return the image of a region of the view, in at most `size` screen pixels; see `pixels.for_display`.
 
     Region and size are the view's, and so is the returned region. `quantity` is the result of
-    `settings.quantity` for the frame, if the caller has it already. Raises PixelFormatError.
+    `settings.quantity` for the frame, if the caller has it already; `calibration` is the frame's, to show it
+    undistorted. Raises PixelFormatError.
     """
     orientation = settings.orientation
     if region is not None:
         region = orientation.to_frame(region, frame.width, frame.height)
     if size is not None:
         size = orientation.view_size(*size)
-    calibration = settings.undistorts(frame)
     if calibration is not None:
         view = Region.of(frame, region)
         wanted = _fitting(view, size)

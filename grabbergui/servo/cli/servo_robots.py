@@ -289,6 +289,7 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Robot
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> RobotScene:
+    from grabbergui.calibration.calibration_choice import CalibrationChoice
     from grabbergui.net.ros2.image_messages import receive_camera_info
     from grabbergui.servo.robots import tiago, tiago_ros2
 
@@ -309,7 +310,11 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Rob
     guardian = None if options.dry_run else _guardian(robot, config, stack)
     robot.open()
     grabber = stack.enter_context(opened(source))
-    calibration = _calibration(options, grabber) if received is None else received.scaled_to
+    calibration: CalibrationFor
+    if received is None:
+        calibration = _calibration(options, grabber)
+    else:
+        calibration = CalibrationChoice.reported(grabber, received)
     return RobotScene(robot, grabber, calibration, real=True, guardian=guardian)
 
 

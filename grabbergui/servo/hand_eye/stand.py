@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from grabbergui.calibration.calibration_choice import CalibrationFor
+from grabbergui.calibration.calibration_choice import CalibrationFor, CalibrationWatch
 from grabbergui.calibration.geometry import Pose
 from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
@@ -59,6 +59,7 @@ class TargetWatch:
         self._marker, self._calibration_for = marker, calibration
         self._seen, self._failed = seen, failed
         self._calibration: Calibration | None = None
+        self._calibrations = CalibrationWatch(grabber)
         self._detector: MarkerDetector | None = None
         self._newest: tuple[float, MarkerDetection | None] = (-np.inf, None)
         self._error: tuple[float, GrabberError | None] = (-np.inf, None)
@@ -86,7 +87,9 @@ class TargetWatch:
         with self._news:
             self._closed = True
             self._news.notify_all()
-        return self._sink.stop(timeout)
+        ended = self._sink.stop(timeout)
+        self._calibrations.close()
+        return ended
 
     @property
     def calibration(self) -> Calibration:
@@ -127,8 +130,9 @@ class TargetWatch:
     def _consume(self, frame: Frame) -> bool:
         if not frame.complete:
             return False
-        calibration = self._calibration
-        if calibration is None or (calibration.width, calibration.height) != (frame.width, frame.height):
+        calibration, size = self._calibration, (frame.width, frame.height)
+        another = self._calibrations.another(frame)
+        if another or calibration is None or (calibration.width, calibration.height) != size:
             calibration = self._calibration_for(frame.width, frame.height)
             self._detector = marker_detector(self._marker, calibration)
         grey = np.asarray(frame.mono())

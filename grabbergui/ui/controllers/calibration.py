@@ -17,7 +17,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QAction, QMenu, QWidget
 
 from grabbergui.calibration import camera_info
-from grabbergui.core.calibration import Calibration
+from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.image.live_image import ImageModel
@@ -27,7 +27,7 @@ from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import Unavailable, why_unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.gui_thread import Bridge, busy
-from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, ReadoutImageView
+from grabbergui.ui.views.bases import CalibrationActions, FileQuestions
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
@@ -114,12 +114,14 @@ class CalibrationOpener(QObject):
 
 
 class CalibrationViewController(QObject):
-    """Each source may have a calibration; while it is shown, the image is without the lens's distortion."""
+    """Each source may have a calibration; while it is shown, the image is without the lens's distortion.
+
+    The display thread fits it to the binning, region and mirroring of each frame.
+    """
 
     def __init__(
         self,
         actions: CalibrationActions,
-        view: ReadoutImageView,
         files: FileQuestions,
         open_sources: OpenSources,
         image: ImageModel,
@@ -132,36 +134,36 @@ class CalibrationViewController(QObject):
         self._messages = messages
         self._open_sources = open_sources
         self._image = image
-        self._known: WeakKeyDictionary[OpenSource, Calibration] = WeakKeyDictionary()
-        self._size = (0, 0)
-        "Size of the frames shown last."
+        self._known: WeakKeyDictionary[OpenSource, FittedCalibration] = WeakKeyDictionary()
         actions.actionLoadCalibration.triggered.connect(self._ask)
         actions.actionShowCalibration.toggled.connect(self._apply)
-        view.painted.connect(self._on_image_painted)
         bridge = Bridge(self)
         bridge.bind(open_sources.opened, lambda _: self._on_source_changed())
         bridge.bind(open_sources.closing, lambda _: self._on_source_changed())
+        bridge.bind(open_sources.ending, self._forget)
+        bridge.bind(image.not_undistorted, self._on_not_undistorted)
         self._on_source_changed()
 
     def load(self, path: Path) -> None:
         """Read a camera_info file for the current source, and show it."""
         source = self._open_sources.current
-        if source is None:
+        if source is None or source.grabber is None:
             return
         try:
             calibration = camera_info.load(path)
         except (UsageError, OSError) as error:
             self._messages.error(error_text(error))
             return
-        self._known[source] = calibration
+        self._forget(source)
+        self._known[source] = FittedCalibration(source.grabber)
+        self._known[source].calibration = calibration
         set_available(self._actions.actionShowCalibration, None)
         self._actions.actionShowCalibration.setChecked(True)
         self._apply()
-        if self._actions.actionShowCalibration.isChecked():
-            across, down = calibration.field_of_view
-            text = self.tr("{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°")
-            self._messages.notice(text.format(path.name, across, down))
-        if source.grabber is not None and calibration.is_of_another(source.grabber.info):
+        across, down = calibration.field_of_view
+        text = self.tr("{0}: the image is shown undistorted, {1:.0f}° × {2:.0f}°")
+        self._messages.notice(text.format(path.name, across, down))
+        if calibration.is_of_another(source.grabber.info):
             text = self.tr("{0} was made with another camera, {1} {2}; calibrate this one as well")
             other = calibration.camera_model, calibration.camera_serial
             self._messages.error(text.format(path.name, *other))
@@ -180,22 +182,19 @@ class CalibrationViewController(QObject):
         self._actions.actionShowCalibration.setChecked(False)
         self._apply()
 
-    def _on_image_painted(self) -> None:
-        frame = self._image.shown
-        if frame is not None and (frame.width, frame.height) != self._size:
-            self._size = (frame.width, frame.height)
-            self._apply()
+    def _forget(self, source: OpenSource) -> None:
+        if (known := self._known.pop(source, None)) is not None:
+            known.close()
+
+    def _on_not_undistorted(self, reason: str) -> None:
+        if self._actions.actionShowCalibration.isChecked():  # more frames of the kind may be on their way
+            self._actions.actionShowCalibration.setChecked(False)
+            self._messages.error(reason)
 
     def _apply(self, _: bool = False) -> None:
-        """Show the image with or without the distortion; a calibration of another crop is refused."""
-        source, frame = self._open_sources.current, self._image.shown
+        """Show the image with or without the distortion."""
+        source = self._open_sources.current
         wanted = self._actions.actionShowCalibration.isChecked() and source is not None
-        calibration = self._known.get(source) if wanted and source is not None else None
-        if calibration is not None and frame is not None:
-            try:
-                calibration = calibration.scaled_to(frame.width, frame.height)
-            except UsageError as error:
-                calibration = None
-                self._actions.actionShowCalibration.setChecked(False)
-                self._messages.error(error_text(error))
-        self._image.settings = replace(self._image.settings, calibration=calibration)
+        known = self._known.get(source) if wanted and source is not None else None
+        fit = None if known is None else known.fit
+        self._image.settings = replace(self._image.settings, calibration=fit)

@@ -188,9 +188,7 @@ class Program(QObject):
         self.feature_menu = FeatureMenuController(window, rows, open_sources, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
         self.calibrating = CalibrationOpener(window.actionCalibrate, window, open_sources)
-        self.calibration = CalibrationViewController(
-            window, image, files, open_sources, self.image, messages, self
-        )
+        self.calibration = CalibrationViewController(window, files, open_sources, self.image, messages, self)
         self.calibrating.saved.connect(self.calibration.load)
         self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
