@@ -18,6 +18,7 @@ from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.number_text import quantity_text
 from grabbergui.models.language import counted, driver_text, localized, translate
+from grabbergui.rig.trigger_setup import TriggerSetup, triggers_on
 
 WINDOW = 5.0
 "Seconds over which health is judged."
@@ -152,8 +153,8 @@ class Stage(Enum):
 class CameraFacts:
     """The camera's features that matter for the diagnosis; None for those that it lacks."""
 
-    trigger_source: str | None = None
-    "TriggerSource while TriggerMode is On; None otherwise."
+    triggers: tuple[TriggerSetup, ...] = ()
+    "Those that are on, the first one waited for first."
     stream_port: int | None = None
     "The UDP port on this host that the camera sends to."
     packet_size: int | None = None
@@ -162,33 +163,32 @@ class CameraFacts:
     "The exposure with its unit, as display text."
     period: float | None = None
     "Frame period in seconds by the camera's settings."
-    software_trigger: bool = False
-    "Whether TriggerSoftware triggers it with the present settings."
     playing: bool | None = None
     "Whether a recording plays; None for a camera."
     brightened_by: frozenset[Role] = frozenset()
     "Exposure and gain: those that the camera has and that may be changed from here."
 
+    @property
+    def trigger_source(self) -> str | None:
+        """What is waited for, as display text; None if no trigger is on."""
+        if not self.triggers:
+            return None
+        return self.triggers[0].source or translate("Diagnosis", "an input")
+
     @classmethod
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
         """Read the facts, omitting features that cannot be read. On the thread of the camera's calls."""
-        trigger = _value(grabber, "TriggerMode") == "On"
         exposure = _of_role(grabber, Role.EXPOSURE)
         playing = _value(grabber, "PlaybackActive")
         controlled = grabber.access is not Access.MONITOR
         return cls(
-            trigger_source=str(_value(grabber, "TriggerSource") or translate("Diagnosis", "an input"))
-            if trigger
-            else None,
+            triggers=triggers_on(grabber),
             stream_port=_integer(_value(grabber, "GevSCPHostPort")),
             packet_size=_integer(_value(grabber, "GevSCPSPacketSize")),
             exposure=quantity_text(exposure.value, exposure.unit)
             if exposure is not None and isinstance(exposure.value, (int, float))
             else "",
             period=frame_period(grabber) or None,
-            software_trigger=trigger
-            and _value(grabber, "TriggerSource") in (None, "Software")
-            and grabber.has_feature("TriggerSoftware"),
             playing=bool(playing) if playing is not None else None,
             brightened_by=frozenset(
                 role for role in (Role.EXPOSURE, Role.GAIN) if controlled and grabber.role(role) is not None

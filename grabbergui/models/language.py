@@ -95,6 +95,65 @@ _SENTENCES = (
         " camera: give {3} and its cameras addresses of another subnet",
     ),
     QT_TRANSLATE_NOOP("Drivers", "no packet arrives; a firewall may drop them: {0}"),
+    # A trigger that makes other frames than expected
+    QT_TRANSLATE_NOOP(
+        "Drivers", "there is no edge on {0}, it is always low: check the cable, LineMode and the sender"
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "there is no edge on {0}, it is always high: check the cable, LineMode and the sender"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "there is no edge on {0}: check the cable, LineMode and the sender"),
+    QT_TRANSLATE_NOOP("Drivers", "no trigger arrives on {0}; it is low"),
+    QT_TRANSLATE_NOOP("Drivers", "no trigger arrives on {0}; it is high"),
+    QT_TRANSLATE_NOOP("Drivers", "no trigger arrives on {0}"),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "{0} has only edges of the other kind; set TriggerActivation to {1}, or switch LineInverter",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "the camera triggers at the end of each pulse, {0} µs late; set TriggerActivation to {1}, or switch"
+        " LineInverter",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "{0} edges follow another within {1} µs: a contact bounces; use a debouncer (LineDebouncerTime) or a"
+        " clean signal",
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "{0} pulses are double, {1} ms apart; are there two senders on the line?"),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "pulses missing between the others: {0}; the sender or the cable drops some"
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "triggers come at {0} Hz, but exposure and readout allow {1} Hz; {2} were missed (without overlap of"
+        " exposure and readout; with it {3} Hz)",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "triggers come at {0} Hz, but exposure and readout allow {1} Hz; {2} were missed"
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "a trigger makes {0} frames instead of {1}; each frame waits for a trigger of its own: set"
+        " TriggerMode[TriggerSelector=FrameStart] to Off",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "a trigger makes {0} frames instead of {1}; the acquisition ends before: check AcquisitionMode and"
+        " AcquisitionFrameCount",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "every trigger was taken, but {0} frames did not arrive: lost on the wire; plan the link's budget",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "every trigger was taken, but {0} frame did not arrive: lost on the wire; plan the link's budget",
+    ),
+    QT_TRANSLATE_NOOP(
+        "Drivers", "{0} of {1} actions did not reach the camera: they were lost on the network"
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "the camera ignores the actions: {0}"),
     # A remote camera that sends no images
     QT_TRANSLATE_NOOP("Drivers", "{0} is not connected to this program at the moment"),
     QT_TRANSLATE_NOOP("Drivers", "{0} sends messages that are no images ({1})"),

@@ -39,8 +39,6 @@ class Cause(Enum):
     "The source does not answer, or has just come back."
     ACCESS = "access"
     "Another program has control."
-    TRIGGER = "trigger"
-    "Frames come only when the camera is triggered."
     IMAGE = "image"
     "Frames do not arrive or cannot be seen although the camera streams."
     OPENING = "opening"

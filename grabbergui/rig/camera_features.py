@@ -9,6 +9,7 @@ from typing import TypeVar
 from grabbergui.core.features import Category, Feature, FeatureDescription, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.rig.set_statistics import SetCounts
+from grabbergui.rig.trigger_setup import RIG_SOURCE
 
 SEPARATOR = "."
 "Between the name of a camera and that of its feature: `left.ExposureTime`."
@@ -33,13 +34,14 @@ OWN = {
         _own("RigSkewWorst", FeatureKind.FLOAT, "Skew (Worst)", "The longest time within a set."),
         _own("RigTriggersSent", FeatureKind.INTEGER, "Triggers Sent", "Triggers sent by the rig."),
         _own("RigTriggersMissed", FeatureKind.INTEGER, "Triggers Missed", "Triggers that a camera refused."),
+        _own(RIG_SOURCE, FeatureKind.STRING, "Trigger", "What triggers the cameras; empty: they run freely."),
         _own(SEND, FeatureKind.COMMAND, "Send Trigger", "Trigger all cameras once."),
     )
 }
 "The rig's own features by name."
 
 
-def own_values(counts: SetCounts, sent: int, missed: int) -> dict[str, FeatureValue]:
+def own_values(counts: SetCounts, sent: int, missed: int, source: str) -> dict[str, FeatureValue]:
     """Return the values of the rig's own features."""
     return {
         "RigSetsComplete": counts.complete,
@@ -50,6 +52,7 @@ def own_values(counts: SetCounts, sent: int, missed: int) -> dict[str, FeatureVa
         "RigSkewWorst": counts.skew_worst_ns / 1000,
         "RigTriggersSent": sent,
         "RigTriggersMissed": missed,
+        RIG_SOURCE: source,
     }
 
 

@@ -38,7 +38,7 @@ from grabbergui.rig.set_statistics import SetCounts
 from grabbergui.rig.set_stream import SetStream, set_times
 from grabbergui.rig.settings_undo import UndoableSettings
 from grabbergui.rig.trigger_diagnosis import TriggerFinding
-from grabbergui.rig.trigger_watch import TriggerWatch
+from grabbergui.rig.trigger_watch import TriggerCounts, TriggerWatch
 from grabbergui.rig.triggering import RigTrigger
 
 log = logging.getLogger(__name__)
@@ -152,7 +152,10 @@ class RigGrabber(FrameGrabber):
         if name in OWN:
             trigger = self._trigger
             values = camera_features.own_values(
-                self.counts(), trigger.sent if trigger else 0, trigger.missed if trigger else 0
+                self.counts(),
+                trigger.sent if trigger else 0,
+                trigger.missed if trigger else 0,
+                self.entry.trigger.title,
             )
             access = AccessMode.WRITE_ONLY if name == SEND else AccessMode.READ_ONLY
             unit = "us" if OWN[name].kind is FeatureKind.FLOAT else ""
@@ -352,6 +355,28 @@ class RigGrabber(FrameGrabber):
         if self._trigger is None:
             raise UsageError("the rig is not started, so no trigger is set up")
         self._trigger.send()
+
+    def trigger_counts(self) -> dict[str, TriggerCounts]:
+        """Return the triggers of each camera that waits for them, since the rig's first start. Any thread."""
+        return {name: watch.counts() for name, watch in self._watches.items()}
+
+    @property
+    def triggers_sent(self) -> int:
+        """Triggers that the rig has sent."""
+        return self._trigger.sent if self._trigger is not None else 0
+
+    @property
+    def repeats_trigger(self) -> bool:
+        """Whether the rig sends triggers at a rate."""
+        return self._trigger is not None and self._trigger.repeating
+
+    def repeat_trigger(self, period: float) -> None:
+        """Send a trigger every `period` seconds instead of at the file's rate; 0: only on request.
+
+        Does nothing before the first start. Waits for a trigger that is being sent.
+        """
+        if self._trigger is not None and self._sets is not None:
+            self._trigger.repeat(period)
 
     def lead(self, camera: str) -> None:
         """Let the others follow this camera from now on. Raises UsageError for an unknown one."""

@@ -82,6 +82,11 @@ class TriggerEntry:
     ahead: float = 0.05
     "Seconds by which an action is scheduled ahead."
 
+    @property
+    def title(self) -> str:
+        """What triggers the cameras: `Software`, `Action`, a line; empty if they run freely."""
+        return {"free": "", "line": self.input}.get(self.by, self.by.capitalize())
+
 
 @dataclass(frozen=True)
 class LinkEntry:

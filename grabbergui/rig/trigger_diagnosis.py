@@ -239,8 +239,7 @@ def _of_pulses(evidence: TriggerEvidence, pulses: list[int]) -> TriggerFinding |
     if missing > 0:
         return TriggerFinding(
             TriggerCause.PULSES_MISSING,
-            f"{missing} pulse{'s are' if missing > 1 else ' is'} missing between the others: the sender or"
-            " the cable drops some",
+            f"pulses missing between the others: {missing}; the sender or the cable drops some",
         )
     return None
 

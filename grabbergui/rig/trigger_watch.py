@@ -10,12 +10,14 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber
-from grabbergui.core.settings import SettingKey
+from grabbergui.core.settings import Selected, SettingKey
 from grabbergui.rig.clock_fit import HostTime
 from grabbergui.rig.rig_file import TriggerEntry
 from grabbergui.rig.settings_undo import UndoableSettings
@@ -26,10 +28,44 @@ log = logging.getLogger(__name__)
 KEPT = 512
 "Events, frames and triggers that are kept of each kind."
 MISSED = "FrameTriggerMissed"
+SETTLED = 1.0
+"Seconds after which a trigger that was sent has made its frame, or never will."
+
+
+@dataclass(frozen=True)
+class TriggerCounts:
+    """Triggers of one camera since the watch began; None for what the camera does not report."""
+
+    sent: int | None
+    "Sent by us, or seen on the line."
+    accepted: int
+    "Those that made frames, whether or not these arrived."
+    missed: int | None
+
+
+class _Times:
+    """The latest times of one kind of event, on its clock and on ours, and how many there were."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._times: deque[tuple[float, int]] = deque(maxlen=KEPT)
+
+    def add(self, time_ns: int) -> None:
+        self.count += 1
+        self._times.append((time.monotonic(), time_ns))
+
+    def since(self, begin: float) -> tuple[int, ...]:
+        """Return those that came after a time of `time.monotonic`."""
+        return tuple(time_ns for at, time_ns in self._times if at >= begin)
+
+    def longest_gap(self) -> float:
+        """Return the longest time between two of them in seconds; 0 if there were not two."""
+        arrivals = [at for at, _ in self._times]
+        return max((b - a for a, b in pairwise(arrivals)), default=0.0)
 
 
 class TriggerWatch:
-    """Watches one camera under the rig's trigger. Any thread."""
+    """Watches one camera under a trigger. Any thread."""
 
     def __init__(
         self,
@@ -37,25 +73,33 @@ class TriggerWatch:
         entry: TriggerEntry,
         settings: UndoableSettings,
         to_host: Callable[[int], HostTime | None],
+        *,
+        selected: Selected = (),
+        burst_frames: int = 1,
+        frame_start_waits: bool = False,
     ) -> None:
         """Switch the events on; `settings` takes note of what is to be put back.
 
         `to_host` returns the host's time at a time of the camera; None while its clock is not known.
+        `selected` is the entry of TriggerSelector, if it is not the selected one; each trigger makes
+        `burst_frames`, and with `frame_start_waits` each of these waits for a trigger of its own.
         """
+        self._selected = selected
+        self._burst_frames = burst_frames
+        self._frame_start_waits = frame_start_waits
         self._to_host = to_host
         self._grabber = grabber
         self._entry = entry
         self._lock = threading.Lock()
         self._source = {"action": "Action1", "software": "Software"}.get(entry.by, entry.input)
         self._rising, self._falling = f"{self._source}RisingEdge", f"{self._source}FallingEdge"
-        self._events: dict[str, deque[int]] = {
-            name: deque(maxlen=KEPT) for name in (MISSED, self._rising, self._falling)
-        }
+        self._events = {name: _Times() for name in (MISSED, self._rising, self._falling)}
         self._on = {name for name in self._events if self._switch_on(name, settings)}
-        self._frames: deque[int] = deque(maxlen=KEPT)
-        self._sent: deque[int] = deque(maxlen=KEPT)
+        self._frames, self._sent = _Times(), _Times()
         self._acknowledged = 0
         self._lost_before = self._lost()
+        self._losses: deque[tuple[float, int]] = deque([(time.monotonic(), 0)], maxlen=KEPT)
+        "What was lost by then, and when that was asked."
         grabber.event_received.connect(self._on_event)
 
     def close(self) -> None:
@@ -65,24 +109,62 @@ class TriggerWatch:
     def note_sent(self, moment_ns: int, *, acknowledged: bool) -> None:
         """Take note of a trigger that was sent to this camera, by us or the leader, on the host's clock."""
         with self._lock:
-            self._sent.append(moment_ns)
+            self._sent.add(moment_ns)
             self._acknowledged += acknowledged
 
     def note_frame(self, frame: Frame) -> None:
         """Take note of a frame that arrived."""
         with self._lock:
-            self._frames.append(frame.timestamp_ns or round(frame.captured * 1e9))
+            self._frames.add(frame.timestamp_ns or round(frame.captured * 1e9))
 
-    def finding(self) -> TriggerFinding:
-        """Return what is wrong with the trigger. Reads settings; raises GrabberError."""
-        return diagnose(self.evidence())
-
-    def evidence(self) -> TriggerEvidence:
-        """Return what is known by now. Reads settings; raises GrabberError."""
-        exposure = round(self._number("ExposureTime") * 1000)
+    def counts(self) -> TriggerCounts:
+        """Return how many triggers there were. Makes no request to the camera."""
         with self._lock:
-            events = {name: tuple(times) for name, times in self._events.items()}
-            frames, sent, acknowledged = tuple(self._frames), tuple(self._sent), self._acknowledged
+            sent: int | None = self._sent.count
+            if {self._rising, self._falling} <= self._on:
+                activation = self._entry.activation
+                edges = {"RisingEdge": [self._rising], "FallingEdge": [self._falling]}
+                names = edges.get(activation, [self._rising, self._falling])
+                sent = sum(self._events[name].count for name in names)
+            elif self._source.startswith("Line"):
+                sent = None
+            accepted = (self._frames.count + self._lost_since()) // self._burst_frames
+            missed: int | None = None
+            if MISSED in self._on:
+                missed = self._events[MISSED].count
+            elif sent is not None:
+                settled = sent - len(self._sent.since(time.monotonic() - SETTLED))
+                missed = max(0, settled - accepted)
+            return TriggerCounts(sent, accepted, missed)
+
+    def longest_gap(self) -> float:
+        """Return the longest time between two signs of a trigger, in seconds; 0 if there were not two."""
+        with self._lock:
+            times = [self._frames, self._sent, *self._events.values()]
+            return max(each.longest_gap() for each in times)
+
+    def finding(self, last: float | None = None) -> TriggerFinding:
+        """Return what is wrong with the trigger. Reads settings; raises GrabberError.
+
+        With `last`, only what happened in so many seconds counts.
+        """
+        return diagnose(self.evidence(last))
+
+    def evidence(self, last: float | None = None) -> TriggerEvidence:
+        """Return what is known by now, or of the `last` seconds. Reads settings; raises GrabberError."""
+        exposure = round(self._number("ExposureTime") * 1000)
+        now = time.monotonic()
+        begin = 0.0 if last is None else now - last
+        with self._lock:
+            events = {name: times.since(begin) for name, times in self._events.items()}
+            frames, sent, acknowledged = (
+                self._frames.since(begin),
+                self._sent.since(begin),
+                self._acknowledged,
+            )
+            lost = self._lost_since()
+            before = [count for at, count in self._losses if at <= begin]
+            self._losses.append((now, lost))
         by_line = self._entry.by == "line"
         clock_ns = 0
         if by_line:
@@ -92,17 +174,19 @@ class TriggerWatch:
         return TriggerEvidence(
             self._source,
             frames=frames,
-            lost=self._lost() - self._lost_before,
-            activation=self._text("TriggerActivation", self._entry.activation),
+            lost=max(0, lost - (before[-1] if before else 0)),
+            activation=self._text("TriggerActivation", self._entry.activation, self._selected),
             rising=events[self._rising] if edges else None,
             falling=events[self._falling] if edges else None,
-            level=self._level() if by_line else None,
+            level=self._level() if by_line and self._source.startswith("Line") else None,
             sent=sent,
             clock_ns=clock_ns,
             missed=events[MISSED],
             exposure_ns=exposure,
             readout_ns=self._readout_ns(exposure),
-            overlapping=self._text("TriggerOverlap", "ReadOut") != "Off",
+            overlapping=self._text("TriggerOverlap", "ReadOut", self._selected) != "Off",
+            burst_frames=self._burst_frames,
+            frame_start_waits=self._frame_start_waits,
             action=self._keys_sent(),
             accepted=self._keys_accepted(),
             acknowledged=acknowledged if self._entry.by == "action" else None,
@@ -134,7 +218,11 @@ class TriggerWatch:
             return
         stamp = event.values.get(f"Event{event.name}Timestamp")
         with self._lock:
-            times.append(stamp if isinstance(stamp, int) else time.monotonic_ns())
+            times.add(stamp if isinstance(stamp, int) else time.monotonic_ns())
+
+    def _lost_since(self) -> int:
+        # A stream that is started again counts from zero.
+        return max(0, self._lost() - self._lost_before)
 
     def _lost(self) -> int:
         statistics = self._grabber.statistics()
@@ -147,8 +235,10 @@ class TriggerWatch:
         value = self._value(name)
         return float(value) if isinstance(value, int | float) else 0.0
 
-    def _text(self, name: str, default: str) -> str:
-        value = self._value(name)
+    def _text(self, name: str, default: str, selected: Selected = ()) -> str:
+        if not self._grabber.has_feature(name):
+            return default
+        value = self._grabber.read_setting(SettingKey(name, selected)).value
         return default if value is None else str(value)
 
     def _level(self) -> bool | None:

@@ -18,6 +18,7 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.rig.camera_clock import CameraClock, network_clock
+from grabbergui.rig.repeating import Repeater
 from grabbergui.rig.rig_file import TriggerEntry
 from grabbergui.rig.settings_undo import UndoableSettings
 
@@ -56,8 +57,7 @@ class RigTrigger:
         self._settings = UndoableSettings()
         self._lock = threading.Lock()
         self._pool: ThreadPoolExecutor | None = None
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._repeater = Repeater(self.send, "rig trigger")
 
     def prepare(self) -> None:
         """Set every camera up. Raises UsageError for cameras that cannot be triggered so, GrabberError."""
@@ -70,17 +70,28 @@ class RigTrigger:
 
     def start(self) -> None:
         """Send triggers at the rig's rate, if it has one, until `stop`."""
-        if self.entry.by in ("action", "software") and self.entry.rate > 0 and self._thread is None:
-            self._stopping.clear()
-            self._thread = threading.Thread(target=self._run, name="rig trigger", daemon=True)
-            self._thread.start()
+        if self.sendable and self.entry.rate > 0:
+            self._repeater.start(1 / self.entry.rate)
 
     def stop(self) -> None:
         """Send no more triggers by itself."""
-        self._stopping.set()
-        thread, self._thread = self._thread, None
-        if thread is not None and thread is not threading.current_thread():
-            thread.join()
+        self._repeater.stop()
+
+    @property
+    def sendable(self) -> bool:
+        """Whether the rig sends its triggers itself."""
+        return self.entry.by in ("action", "software")
+
+    @property
+    def repeating(self) -> bool:
+        """Whether triggers are sent at a rate."""
+        return self._repeater.running
+
+    def repeat(self, period: float) -> None:
+        """Send a trigger every `period` seconds instead of at the rig's rate; 0: only on request."""
+        self._repeater.stop()
+        if period > 0:
+            self._repeater.start(period)
 
     def undo(self) -> None:
         """Give the cameras their settings from before `prepare`."""
@@ -91,7 +102,7 @@ class RigTrigger:
 
     def send(self) -> None:
         """Send one trigger to all cameras. Raises UsageError if the rig has none to send, GrabberError."""
-        if self.entry.by not in ("action", "software"):
+        if not self.sendable:
             raise UsageError(
                 f"the rig's trigger is {self.entry.by}, so none can be sent; write `by: action` or"
                 " `by: software` below trigger"
@@ -104,17 +115,6 @@ class RigTrigger:
                 self.missed += 1
                 self.last_problem = str(error)
                 raise
-
-    def _run(self) -> None:
-        period, due = 1 / self.entry.rate, time.monotonic()
-        while not self._stopping.is_set():
-            try:
-                self.send()
-            except GrabberError as error:
-                log.info("trigger %d: %s", self.sent, error)
-            # A trigger that is late is not made up for: two in a row would be too fast.
-            due = max(due + period, time.monotonic())
-            self._stopping.wait(due - time.monotonic())
 
     def _send_action(self) -> None:
         from grabbergui.driver.gige.address_commands import send_action

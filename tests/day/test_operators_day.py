@@ -288,13 +288,13 @@ def trigger(day, first):
     operator.until("QApplication.activePopupWidget() is not None")
     operator.keys("Down", "Return")
     until(lambda: first.triggered, "the trigger")
-    waiting = ("frames arrive when triggered by",)
-    day.agrees("waiting for a trigger", waiting)
+    operator.until("window.image.triggerBar.sendButton.isVisible()")
+    day.agrees("waiting for a trigger")
     count = operator.ask("frames()")
-    operator.click("button('Send trigger')")
+    operator.click("window.image.triggerBar.sendButton")
     operator.until(f"frames() == {count + 1}")
-    day.agrees("triggered", waiting)
-    operator.click("button('Trigger off')")
+    day.agrees("triggered")
+    operator.click("window.image.triggerBar.offButton")
     day.agrees("trigger off")
 
 

@@ -20,6 +20,7 @@ from grabbergui.models.diagnosis import (
     StreamObservation,
     diagnose,
 )
+from grabbergui.rig.trigger_setup import TriggerSetup
 
 BEFORE = {"frames": 100, "packets": 100_000}
 BY_EXPOSURE = frozenset({Role.EXPOSURE})
@@ -119,7 +120,7 @@ def test_packets_without_frames(statistics, words):
 
 
 def test_waiting_for_a_trigger_is_no_fault():
-    assert diagnose(replace(SILENT, facts=CameraFacts(trigger_source="Line1"))) is None
+    assert diagnose(replace(SILENT, facts=CameraFacts(triggers=(TriggerSetup("Line1"),)))) is None
 
 
 def test_a_slow_camera_is_given_time():
@@ -187,7 +188,7 @@ def test_facts_are_read_under_the_names_that_the_camera_has(monkeypatch):
         ]
     )
     assert CameraFacts.read(grabber) == CameraFacts(
-        "Line1", 50010, 1400, "12.5 µs", 0.25, brightened_by=BY_EXPOSURE
+        (TriggerSetup("Line1"),), 50010, 1400, "12.5 µs", 0.25, brightened_by=BY_EXPOSURE
     )
     grabber.failures["TriggerSource"] = TransportError("no answer")
     assert CameraFacts.read(grabber).trigger_source == "an input"

@@ -102,7 +102,7 @@ def test_a_lost_or_held_source_in_another_language(foreign):
 
 def test_every_known_sentence_is_still_used():
     root = Path(grabbergui.__file__).parent
-    rooms = ("driver", "net", "core", "calibration", "recording")
+    rooms = ("driver", "net", "core", "calibration", "recording", "rig")
     files = [path for room in rooms for path in (root / room).rglob("*.py")]
     files.append(root / "sources.py")
     said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))

@@ -105,16 +105,16 @@ def test_the_same_failure_again_counts_and_stays_as_long_as_a_new_one(stage):
 
 
 def test_a_dismissed_cause_stays_silent_until_it_ends(stage):
-    waiting = UserMessage("waits for a trigger", source=stage.one, cause=Cause.TRIGGER)
+    waiting = UserMessage("is black", source=stage.one, cause=Cause.IMAGE)
     stage.model.post(waiting)
     stage.model.dismiss(waiting)
     stage.model.post(waiting)
     assert stage.texts(stage.one) == []
-    stage.model.post(UserMessage("waits for a trigger", source=stage.two, cause=Cause.TRIGGER))
-    assert stage.texts(stage.two) == ["waits for a trigger"], "of another camera nobody has spoken"
-    stage.model.end(stage.one, Cause.TRIGGER)
+    stage.model.post(UserMessage("is black", source=stage.two, cause=Cause.IMAGE))
+    assert stage.texts(stage.two) == ["is black"], "of another camera nobody has spoken"
+    stage.model.end(stage.one, Cause.IMAGE)
     stage.model.post(waiting)
-    assert stage.texts(stage.one) == ["waits for a trigger"]
+    assert stage.texts(stage.one) == ["is black"]
 
 
 def test_a_dismissed_failure_is_shown_when_it_happens_again(stage):

@@ -120,26 +120,12 @@ def test_a_pause_that_was_refused_without_frames_is_no_state(make_app):
     app.until(lambda: state(app) == "Live")
 
 
-def test_waiting_for_a_trigger_is_a_state_with_two_ways_out(app):
-    app.grabber.write_feature("TriggerMode", "On")
-    app.until(lambda: state(app) == "Waiting for trigger")
-    app.until(lambda: set(offers(app)) == {"Send trigger", "Trigger off"})
-    assert not app.window.image.note.isVisible(), "there is an image to look at"
-    before = app.grabber.statistics().frames
-    app.qtbot.mouseClick(offers(app)["Send trigger"], Qt.LeftButton)
-    app.until(lambda: app.grabber.statistics().frames == before + 1)
-    assert set(offers(app)) == {"Send trigger", "Trigger off"}, "for the next one"
-    app.qtbot.mouseClick(offers(app)["Trigger off"], Qt.LeftButton)
-    app.until(lambda: state(app) == "Live" and not app.errors)
-    assert app.grabber.feature("TriggerMode").value == "Off"
-
-
 @pytest.mark.parametrize("by_key", [False, True])
 def test_a_button_that_goes_leaves_the_focus_to_the_image(app, by_key):
     app.window.activateWindow()
     app.grabber.write_feature("TriggerMode", "On")
-    app.until(lambda: "Trigger off" in offers(app))
-    button = offers(app)["Trigger off"]
+    button = app.window.image.triggerBar.offButton
+    app.until(button.isVisible)
     button.setFocus()
     app.until(button.hasFocus)
     if by_key:
@@ -147,19 +133,8 @@ def test_a_button_that_goes_leaves_the_focus_to_the_image(app, by_key):
     else:
         app.qtbot.mouseClick(button, Qt.LeftButton)
     app.until(lambda: state(app) == "Live" and not app.errors)
+    app.until(lambda: not button.isVisible())
     assert app.window.image.canvas.hasFocus(), QApplication.focusWidget()
-
-
-def test_the_note_of_a_trigger_that_was_closed_stays_closed(app):
-    app.grabber.write_feature("TriggerMode", "On")
-    app.until(app.window.messages.closeButton.isVisible)
-    app.qtbot.mouseClick(app.window.messages.closeButton, Qt.LeftButton)
-    assert not app.errors
-    frames = app.grabber.statistics().frames
-    app.grabber.execute("TriggerSoftware")
-    app.until(lambda: app.grabber.statistics().frames > frames and state(app) == "Live")
-    app.until(lambda: state(app) == "Waiting for trigger")
-    assert not app.errors
 
 
 def test_events_of_one_camera_are_not_attributed_to_another(app):

@@ -8,7 +8,7 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.models.diagnosis import Diagnosis, Stage, StreamObservation, diagnose
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.messages import Cause, MessageModel, Offer, Severity, UserMessage
+from grabbergui.models.messages import Cause, MessageModel, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.other_program import holder_name
@@ -78,7 +78,6 @@ class StatusController(QObject):
         self._show_lock(status)
         if source is not None:
             self._show_figures(status)
-            self._note_trigger(source, status)
         self._explain(source, status)
         self._show_age(status)
         self._messages.expire()
@@ -176,26 +175,3 @@ class StatusController(QObject):
                 silence=source.grabber.silence(),
             )
         )
-
-    def _note_trigger(self, source: OpenSource, status: SourceStatus) -> None:
-        """Offer the trigger from the first wait until it is switched off: each frame may need it."""
-        trigger = status.facts.trigger_source
-        if trigger is None or not source.state.connected:
-            self._messages.end(source, Cause.TRIGGER)
-        elif status.condition is Condition.WAITING:
-            offers = [Offer(self.tr("Trigger off"), lambda: self._trigger_off(source))]
-            if status.facts.software_trigger:
-                offers.insert(0, Offer(self.tr("Send trigger"), lambda: self._send_trigger(source)))
-            text = self.tr("frames arrive when triggered by {0}").format(trigger)
-            message = UserMessage(text, Severity.NOTICE, source, Cause.TRIGGER, tuple(offers))
-            self._messages.post(message)
-
-    @staticmethod
-    def _send_trigger(source: OpenSource) -> None:
-        if source.features is not None:
-            source.features.execute("TriggerSoftware")
-
-    @staticmethod
-    def _trigger_off(source: OpenSource) -> None:
-        if source.features is not None:
-            source.features.write("TriggerMode", "Off")

@@ -29,6 +29,7 @@ from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
+from grabbergui.models.triggers import Triggers
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.terminal import remote_terminal
 from grabbergui.ui.actions import set_available
@@ -56,6 +57,7 @@ from grabbergui.ui.controllers.sharing import SharingController
 from grabbergui.ui.controllers.snapshot_kind import SnapshotKindController
 from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.controllers.status import StatusController
+from grabbergui.ui.controllers.triggers import TriggerController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.file_dialogs import FileDialogs
 from grabbergui.ui.gui_thread import Bridge
@@ -144,6 +146,9 @@ class Program(QObject):
         )
         self.status_bar = StatusController(
             window.status, image, open_sources, self.image, self.status, self.messages, self
+        )
+        self.triggers = TriggerController(
+            image.triggerBar, open_sources, Triggers(open_sources, self.status, self.messages), self
         )
         self.features = FeatureController(window.features, window.favourites, self)
         self.work = CameraWork(tasks, open_sources, messages)

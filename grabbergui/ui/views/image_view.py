@@ -26,6 +26,7 @@ from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.views.bases import NOTHING_BESIDE
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar
+from grabbergui.ui.views.trigger_bar import TriggerBar
 from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.image_items import as_qimage
@@ -64,6 +65,7 @@ class ImageView(QWidget):
     componentTabs: QTabBar
     sideBySideBox: QCheckBox
     paneArea: PaneArea
+    triggerBar: TriggerBar
     pauseBar: PauseBar
     playbackBar: PlaybackBar
     readout: QFrame
