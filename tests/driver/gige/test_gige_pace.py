@@ -100,6 +100,17 @@ def test_blocks_that_become_shorter_are_complete_soon_again() -> None:
     assert behind[0] < 0.011 and max(behind[20:]) < 0.0003
 
 
+def test_blocks_of_varying_length_are_complete_soon() -> None:
+    """What is missing at the last look decides, not how long other blocks took."""
+    camera = Camera(Pace(ROOMY, 1 << 16), 1000, 0.02)
+    camera.send(300)
+    behind = []
+    for step in range(100):
+        camera.duration = 0.02 * (0.97, 1.0, 1.01, 0.98, 1.03)[step % 5]
+        behind.append(camera.send())
+    assert sum(behind) / 100 < 2 * SHORTEST_PAUSE and max(behind) < 0.001
+
+
 def test_one_late_block_says_little_about_the_next() -> None:
     camera = Camera(Pace(ROOMY, 1 << 16), 1000, 0.004)
     camera.send(300)

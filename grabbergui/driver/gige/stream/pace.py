@@ -1,13 +1,15 @@
 """How long packets may gather before they are read: no I/O, no clock.
 
 A wake-up costs as much as a hundred packets, so the thread sleeps until a block is complete, or the buffer a
-quarter full. When blocks end is learned from when they did: each look at the buffer finds the block complete
-or not, which bounds its end from above or from below.
+quarter full. When a block ends is computed from the packets that were missing at the last look at the buffer,
+so that only what happens since then can make it late.
 """
 
 from __future__ import annotations
 
 import math
+import statistics
+from collections import deque
 
 from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
@@ -18,10 +20,10 @@ LAST_PAUSE = 0.001
 SHORTEST_PAUSE = 0.0001
 """Seconds. While a block arrives no pause is shorter: to be woken by each of its last packets costs more than
 reading them a little later."""
-SHORTENING = 0.01
-"Share by which the next block is awaited for less time, if this one was complete when it was looked at."
-LENGTHENING = 1.25
-"Largest factor by which the next block is awaited longer, after two late ones: one says nothing about it."
+BLOCKS = 3
+"Blocks whose median counts: one that came late says nothing about the next."
+SHORTENING = 0.05
+"Share by which the next block is awaited for less time, if this one was complete at the first look."
 FASTEST = 600e6
 """Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
 others are read. We still wait for a burst if the camera rests after it."""
@@ -48,9 +50,9 @@ class Pace:
         self._buffer_bytes = buffer_bytes
         self._most_packets = most_packets
         self._spacing = 0.0
-        "Seconds from a block's beginning to its end, divided by its packets; 0 while unknown."
-        self._seen = 0.0
-        "The same of the last block, as far as it was seen: at most so much."
+        "Seconds from one packet of a block to the next; 0 while unknown."
+        self._spacings: deque[float] = deque(maxlen=BLOCKS)
+        "The same of the last blocks."
         self._begun: float | None = None
         "Time at which the block in progress was first seen; None between blocks."
         self._packets = 0
@@ -88,7 +90,7 @@ class Pace:
                 self._peak = _followed(self._peak, packets / span, FALL)
             self._packets += packets
             if ended and self._packets:
-                self._learn(now - self._begun, self._looked_at - self._begun)
+                self._learn(self._begun, packets, now)
         self._since_end += packets
         if ended:
             self._mean = self._since_end / (now - self._ended) if self._ended else 0.0
@@ -100,16 +102,20 @@ class Pace:
         self._late *= 0.5 ** (span / HALF_LIFE)
         self._looked_at = now
 
-    def _learn(self, complete: float, incomplete: float) -> None:
-        """Learn from a block that was complete after so many seconds, and incomplete at the look before."""
-        spacing, due = complete / self._packets, self._spacing * self._packets
-        before, self._seen = self._seen, spacing
-        if complete < due - SHORTEST_PAUSE or not self._spacing:
-            self._spacing = spacing
-        elif incomplete < due:
-            self._spacing *= 1 - SHORTENING
+    def _learn(self, begun: float, packets: int, now: float) -> None:
+        """Learn from a block that was complete at the look `now`, with the last `packets` of it.
+
+        What counts is the look before, when packets were still missing. If there was none, the next block is
+        looked at a little earlier.
+        """
+        before = self._looked_at - begun
+        if before > BURST_SPAN:
+            spacing = before / max(self._packets - packets - 1, 1)
         else:
-            self._spacing = max(min(spacing, before, LENGTHENING * self._spacing), self._spacing)
+            spacing = (now - begun) / self._packets
+            spacing = min(spacing, self._spacing or spacing) * (1 - SHORTENING)
+        self._spacings.append(spacing)
+        self._spacing = statistics.median(self._spacings)
 
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
         """Return the seconds to wait while `expected` packets of `packet_bytes` remain until a block's end.
@@ -120,15 +126,11 @@ class Pace:
         if not expected or self._begun is None:
             return 0.0
         longest = self._longest(packet_bytes, now)
-        elapsed = now - self._begun
-        pause = self._spacing * (self._packets + expected) - elapsed
+        pause = self._spacing * expected - (now - self._looked_at)
         before_last = pause - LAST_PAUSE
         if before_last > SHORTEST_PAUSE:  # equal pauses rather than long ones and a tiny one
             pause = before_last / math.ceil(before_last / min(longest, LONGEST_PAUSE)) if longest > 0 else 0.0
-        elif pause < SHORTEST_PAUSE:
-            # It is overdue: usually by a little, as the last was awaited for less time, else ever longer.
-            pause = max(SHORTEST_PAUSE, SHORTENING * elapsed, min(-pause, LAST_PAUSE))
-        pause = min(pause, longest)
+        pause = min(max(pause, SHORTEST_PAUSE), longest)
         return pause if pause >= SHORTEST_PAUSE else 0.0
 
     def _longest(self, packet_bytes: int, now: float) -> float:
