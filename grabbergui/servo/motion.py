@@ -144,6 +144,10 @@ def planned(
         1.0, speed / limits.speed, turn / limits.turn, arm.excess(joints), min(braking, SLOW_AT_LIMIT)
     )
     excess *= max(1.0, float(np.linalg.norm((jacobian @ before)[:3])) / limits.speed)
+    # Drives are late: these joint speeds will move the hand from another pose, where it may be faster.
+    soon = arm.jacobian(arm.clamped(here + joints * (DRIVES_S / excess))) @ joints / excess
+    speed, turn = float(np.linalg.norm(soon[:3])), float(np.linalg.norm(soon[3:]))
+    excess *= max(1.0, speed / limits.speed, turn / limits.turn)
     reason = ""
     for slower in SLOWER:
         share = slower / excess

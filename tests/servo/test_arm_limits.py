@@ -102,6 +102,12 @@ def test_a_marker_that_is_upside_down_makes_no_hand_fast():
     assert run.loop.machine.state in (State.APPROACHING, State.STUCK)
 
 
+def test_a_hand_is_no_faster_while_the_drives_follow_another_pose():
+    """It was 121.8 mm/s, and over YARP 124 to 127: the joint speeds of 30 ms before were those of another pose."""
+    _, fastest, _ = approach(at(0.59, -0.507, 0.07, 21.5, -33.3, 51.8), WORKSPACES[1])
+    assert 0.05 < fastest <= SPEED
+
+
 def test_a_hand_never_leaves_the_workspace_for_a_goal_inside_it():
     """It came to rest 161 mm outside."""
     run, _, outside = approach(at(0.45, -0.52, 0.14, -29, -38, 176), WORKSPACES[1])
