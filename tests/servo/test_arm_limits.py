@@ -103,7 +103,7 @@ def test_a_marker_that_is_upside_down_makes_no_hand_fast():
 
 
 def test_a_hand_is_no_faster_while_the_drives_follow_another_pose():
-    """It was 121.8 mm/s, and over YARP 124 to 127: the joint speeds of 30 ms before were those of another pose."""
+    """It was 121.8 mm/s, over YARP 124 to 127: joint speeds of 30 ms before were those of another pose."""
     _, fastest, _ = approach(at(0.59, -0.507, 0.07, 21.5, -33.3, 51.8), WORKSPACES[1])
     assert 0.05 < fastest <= SPEED
 

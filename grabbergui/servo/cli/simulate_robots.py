@@ -69,7 +69,7 @@ def _simulate_teo(options: argparse.Namespace) -> int:
         images = YarpGrabberServer(camera, f"{options.name}/camera", names=names)
         images.start()
         stack.callback(images.stop)
-        if robot.faults:
+        if robot.faults.of_strangers:
             stranger = YarpStranger(robot, names, f"{options.name}{ARM}", Dialect(options.yarp))
             stranger.start()
             stack.callback(stranger.close)
@@ -125,7 +125,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
         controllers = TiagoTopics(robot, topics, stock=options.stock)
         controllers.open()
         stack.callback(controllers.close)
-        if robot.faults:
+        if robot.faults.of_strangers:
             kind = CommandKind.TRAJECTORY if options.stock else CommandKind.TWIST
             stranger = Ros2Stranger(robot, Drive(kind, controllers.arm_topic), topics.joint_states)
             stranger.start()

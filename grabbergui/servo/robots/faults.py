@@ -31,6 +31,8 @@ LATE_S = 1.0
 MASTER_TWIST = np.array([0.0, -0.3, 0.0, 0.0, 0.0, 0.0])
 "The second master's twist, m/s along the base's axes."
 X_AXIS = np.array([1.0, 0.0, 0.0])
+OF_STRANGERS = frozenset(("false-readings", "second-master"))
+"Faults for which another program joins the network."
 STRANGER_PERIOD = 0.005
 "Seconds between two messages of a stranger."
 Image = TypeVar("Image")
@@ -61,6 +63,11 @@ class Faults:
 
     def __bool__(self) -> bool:
         return bool(self._after)
+
+    @property
+    def of_strangers(self) -> bool:
+        """Whether another program is needed for one of them."""
+        return not OF_STRANGERS.isdisjoint(self._after)
 
     def moved(self, now: float) -> None:
         """Note that the arm moves."""

@@ -1,6 +1,6 @@
 """Programs of strangers that disturb a simulated robot over its network: see `faults`.
 
-They join the network only when their fault begins, as a program that somebody starts during a run.
+Their first message comes when their fault begins, as from a program that somebody starts during a run.
 """
 
 from __future__ import annotations
@@ -127,6 +127,15 @@ class Ros2Stranger(Stranger):
         self._ros: Any = None
 
     @override
+    def start(self) -> None:
+        """Join the network, too: it holds Python's lock for 0.3 s, in which the robot stands still."""
+        from grabbergui.net.ros2.runtime import Ros2Node
+
+        self._ros = Ros2Node("stranger")
+        self._ros.start()
+        super().start()
+
+    @override
     def _command(self, twist: Vector) -> None:
         from grabbergui.servo.robots.tiago_parts import DrivenPart
 
@@ -152,11 +161,6 @@ class Ros2Stranger(Stranger):
         publisher.publish(joint_state(reading, self._ros.node.get_clock().now().to_msg()))
 
     def _publisher(self, kind: str, make: Callable[[Any], Any]) -> Any:
-        if self._ros is None:
-            from grabbergui.net.ros2.runtime import Ros2Node
-
-            self._ros = Ros2Node("stranger")
-            self._ros.start()
         if kind not in self._publishers:
             self._publishers[kind] = make(self._ros.node)
         return self._publishers[kind]

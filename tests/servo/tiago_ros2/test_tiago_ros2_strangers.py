@@ -48,6 +48,13 @@ def place(state):
 
 
 @pytest.mark.parametrize("faulty", ["second-master"], indirect=True)
+def test_a_stranger_has_joined_before_the_robot_moves(faulty, client):
+    """Joining held Python's lock for 0.3 s: the simulated robot stood still in the middle of its motion."""
+    until(lambda: "stranger" in client._ros.node.get_node_names())
+    assert not faulty.faults.active(np.inf)
+
+
+@pytest.mark.parametrize("faulty", ["second-master"], indirect=True)
 def test_a_stop_pauses_moveit_servo_while_a_second_master_commands(faulty, client, caplog):
     start = place(faulty.truth())
     client.move_hand(UP)
