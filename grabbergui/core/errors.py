@@ -152,6 +152,12 @@ class TransferCancelledError(CameraFileError):
     """The transfer of a file was cancelled; a cancelled upload leaves the file incomplete."""
 
 
+class MissingFrameError(GrabberError, KeyError):
+    """A set of frames has none of this camera."""
+
+    __str__ = Exception.__str__  # KeyError's puts the message into quotation marks
+
+
 class PixelFormatError(GrabberError, ValueError):
     """The payload's pixel format cannot be converted; the raw bytes can still be saved."""
 

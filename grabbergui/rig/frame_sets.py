@@ -12,14 +12,16 @@ All times are nanoseconds of one clock; `now` may be of another one. One thread.
 
 from __future__ import annotations
 
+import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Generic, TypeVar
+from typing import Generic, NoReturn, TypeVar
 
 from typing_extensions import override
 
+from grabbergui.core.errors import MissingFrameError
 from grabbergui.rig.set_statistics import SetStatistics
 
 T = TypeVar("T")
@@ -89,9 +91,16 @@ class FrameSet(dict[str, T], Generic[T]):
         self.state = SetState.INCOMPLETE
         self.stamps: dict[str, FrameStamp] = {}
         self.arrived_ns = arrived_ns
-        "When the first frame arrived, or the moment was announced."
+        "When the first frame arrived; before that, when it is due."
         self._place_ns = stamp.time_ns
         self._cameras = tuple(cameras)
+
+    def __missing__(self, camera: str) -> NoReturn:
+        if camera in self._cameras:
+            raise MissingFrameError(f"set {self.index} has no frame of {camera}; see `missing` first")
+        near = difflib.get_close_matches(str(camera), self._cameras, n=1)
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(self._cameras)}"
+        raise MissingFrameError(f"there is no camera {camera}; {hint}")
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -127,8 +136,10 @@ class FrameSet(dict[str, T], Generic[T]):
         self.clear()
         self.update(frames)
 
-    def put(self, camera: str, frame: T, stamp: FrameStamp) -> None:
+    def put(self, camera: str, frame: T, stamp: FrameStamp, arrived_ns: int) -> None:
         """Add the frame of a camera that is missing."""
+        if not self.stamps:
+            self.arrived_ns = arrived_ns
         self[camera] = frame
         self.stamps[camera] = stamp
 
@@ -164,7 +175,7 @@ class SetMatcher(ABC, Generic[T]):
         self._absent.discard(camera)
         self._learn(camera, stamp)
         if (found := self._set_of(camera, stamp, now_ns)) is not None:
-            found.put(camera, frame, stamp)
+            found.put(camera, frame, stamp, now_ns)
             if not found.missing:
                 late = now_ns - found.arrived_ns > self.times.deadline_ns
                 found.state = SetState.LATE if late else SetState.COMPLETE
@@ -271,9 +282,9 @@ class MatchByTime(SetMatcher[T]):
 class MatchByAction(MatchByTime[T]):
     """Sets by the moments for which frames were scheduled; other frames are left out."""
 
-    def expect(self, time_ns: int, now_ns: int) -> None:
-        """Announce the moment of the next set."""
-        self._begin(FrameStamp(time_ns), now_ns)
+    def expect(self, time_ns: int, due_ns: int) -> None:
+        """Announce the moment of the next set, which on the clock of arrivals is `due_ns`."""
+        self._begin(FrameStamp(time_ns), due_ns)
 
     @override
     def _set_of(self, camera: str, stamp: FrameStamp, now_ns: int) -> FrameSet[T] | None:

@@ -101,7 +101,7 @@ class RigRecording(RecordingReader):
         for name, offset in text["offsets_ns"].items():
             if (place := self._places[name].get(time_ns)) is not None:
                 frame = self._readers[name].frame(place, received_ns)
-                found.put(name, frame, FrameStamp(moment + int(offset)))
+                found.put(name, frame, FrameStamp(moment + int(offset)), moment)
         found.put_in_order()
         if not found:
             raise RecordingError(f"{self.path}: set {index} has no image")

@@ -44,8 +44,13 @@ class SetCounts:
         """All fields, for JSON."""
         return asdict(self)
 
+    @property
+    def brief(self) -> str:
+        """The sets by their states, as display text."""
+        return f"{self.complete} complete, {self.late} late, {self.incomplete} incomplete"
+
     def __str__(self) -> str:
-        text = f"{self.complete} complete, {self.late} late, {self.incomplete} incomplete"
+        text = self.brief
         lost = ", ".join(f"{name} {count}" for name, count in self.missing.items() if count)
         if lost:
             text += f" (missing: {lost})"

@@ -15,6 +15,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.rig.camera_clock import CameraClock, network_clock
 from grabbergui.rig.frame_sets import FrameSet, FrameStamp, MatchByAction, SetMatcher, SetTimes
 from grabbergui.rig.rig_file import RigEntry
+from grabbergui.rig.set_statistics import SetCounts
 
 DEPTH = 16
 "Frames of a camera that may wait to be assigned."
@@ -89,6 +90,11 @@ class SetStream:
             for name, grabber in grabbers.items()
         ]
 
+    def counts(self) -> SetCounts:
+        """Return how the sets came out so far, all of one moment."""
+        with self._lock:
+            return self.matcher.statistics.counts()
+
     @property
     def dropped(self) -> int:
         """Frames that were dropped because the sets could not be gathered fast enough."""
@@ -110,7 +116,7 @@ class SetStream:
         """Announce a set, for matching by action."""
         if isinstance(self.matcher, MatchByAction):
             with self._lock:
-                self.matcher.expect(moment_ns, time.monotonic_ns())
+                self.matcher.expect(moment_ns, moment_ns)
 
     def set_present(self, camera: str, *, present: bool) -> None:
         """No longer wait for a camera that is lost, or wait for it again."""

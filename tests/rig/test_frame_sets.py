@@ -183,6 +183,20 @@ def test_an_expected_moment_without_any_frame_is_an_incomplete_set():
     assert none.missing == ("a", "b") and not none and none.time_ns == 100 * MS
 
 
+def test_the_time_until_a_scheduled_moment_and_the_way_of_its_frames_do_not_make_a_set_late():
+    times = SetTimes(tolerance_ns=10 * MS, deadline_ns=50 * MS, wait_ns=200 * MS)
+    matcher = MatchByAction(("a", "b"), times)
+    for moment in (1000 * MS, 2000 * MS):
+        matcher.expect(moment, moment)
+    assert not matcher.advance(999 * MS)
+    assert not matcher.add("a", 0, FrameStamp(1000 * MS), 1180 * MS)
+    (whole,) = matcher.add("b", 0, FrameStamp(1000 * MS), 1225 * MS)
+    assert whole.state is SetState.COMPLETE
+    assert not matcher.add("a", 1, FrameStamp(2000 * MS), 2001 * MS)
+    (late,) = matcher.add("b", 1, FrameStamp(2000 * MS), 2052 * MS)
+    assert late.state is SetState.LATE
+
+
 def test_frames_with_an_uncertain_time_are_left_out():
     matcher = MatchByTime(("a", "b"), TIMES)
     matcher.add("a", 0, FrameStamp(0, 11 * MS), 0)
