@@ -60,6 +60,11 @@ class CameraGroup(Sequence[Camera]):
     def __getattr__(self, attribute: str) -> list[Any]:
         if attribute.startswith("_"):
             raise AttributeError(f"a group of cameras has no attribute '{attribute}'")
+        if callable(getattr(Camera, attribute, None)):
+            raise AttributeError(
+                f"a group of cameras has no method {attribute}; call that of each camera:"
+                f" [camera.{attribute}(…) for camera in cameras]"
+            )
         return [getattr(camera, attribute) for camera in self]
 
     def __setattr__(self, attribute: str, value: Any) -> None:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import itertools
 from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NoReturn
 
 from grabbergui.core.environment import expanded
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import ClosedError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import frame_wait
@@ -125,6 +126,7 @@ class Rig:
         members = grabber.cameras if isinstance(grabber, RigGrabber) else {}
         self._cameras = {name: Camera(each) for name, each in members.items()}
         self._stream = StreamUse(grabber)
+        self._closed = False
         self._closing = Closing(self, grabber.close)
 
     @property
@@ -136,6 +138,28 @@ class Rig:
         if name not in self._cameras:
             raise UsageError(f"there is no camera {name}; there are {', '.join(self._cameras) or 'none'}")
         return self._cameras[name]
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(self._no_attribute(name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(self._no_attribute(name))
+        object.__setattr__(self, name, value)
+
+    def _no_attribute(self, name: str) -> str:
+        """Return why an attribute cannot be read or set, with the nearest one or that of a camera."""
+        cameras = self.__dict__.get("_cameras", {})
+        if name.startswith("_") or not cameras:
+            return f"a rig has no attribute {name}"
+        if hasattr(type(self), name):
+            return f"{name} of a rig cannot be set"
+        first, camera = next(iter(cameras.items()))
+        known = {attribute: f"rig['{first}'].{attribute}" for attribute in dir(camera)}
+        known |= {attribute: f"rig.{attribute}" for attribute in dir(type(self))}
+        near = [name] if name in known else difflib.get_close_matches(name, list(known), n=1)
+        hint = f"did you mean {known[near[0]]}?" if near else f"its cameras are rig['{first}'] and so on"
+        return f"a rig has no attribute {name}; {hint}"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._cameras)
@@ -155,6 +179,7 @@ class Rig:
         after `timeout` seconds without a set, and GrabberError for a missing frame if the rig's file says
         `missing: stop`.
         """
+        self._check_open()
         if count is not None and count < 0:
             raise UsageError(f"sets({count}): the number of sets is 0 or more, or None for no end")
         stack = contextlib.ExitStack()
@@ -170,7 +195,7 @@ class Rig:
     def trigger(self, timeout: float | None = None) -> FrameSet[Frame]:
         """Trigger all cameras once and return the set that it made; the stream stays on.
 
-        The rig's trigger must be `software` or `action`. Raises UsageError, FrameTimeoutError.
+        The rig's trigger must be `software` or `action`. Raises UsageError, FrameTimeoutError, ClosedError.
         """
         rig = self._rig("trigger")
         self.start()
@@ -193,6 +218,7 @@ class Rig:
 
     def start(self) -> None:
         """Start all cameras and the trigger; `sets` does so by itself. The stream runs until `stop`."""
+        self._check_open()
         self._stream.keep()
         self._start()
 
@@ -215,6 +241,7 @@ class Rig:
 
     def lead(self, camera: str) -> None:
         """Let the other cameras follow this one from now on. Raises UsageError."""
+        self._check_open()
         self._rig("lead").lead(camera)
 
     def record(
@@ -231,6 +258,7 @@ class Rig:
         """
         from grabbergui.rig.recording import begin
 
+        self._check_open()
         size = None if megabytes is None else megabytes * 1e6
         file = expanded(path)
         recorder = begin(self._grabber, file, RecordingLimits(sets, seconds, size))
@@ -238,9 +266,17 @@ class Rig:
 
     def close(self) -> None:
         """Stop, put the cameras' settings back, and close them. May be called twice; never raises."""
+        self._closed = True
         self._closing.now()
         for camera in self._cameras.values():
             camera.close()
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ClosedError(
+                f"{self._grabber.info.title} was closed by this program; open it again with"
+                " grabbergui.open_rig"
+            )
 
     def __enter__(self) -> Rig:
         return self

@@ -26,6 +26,7 @@ from grabbergui.core.environment import write_whole
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.regular_files import read_bounded
+from grabbergui.core.uri import SourceUri
 
 MAX_FILE_BYTES = 1 << 20
 MOST_CAMERAS = 64
@@ -42,6 +43,8 @@ CLOCKS = ("auto", "ptp", "fitted", "host")
 MATCHES = ("auto", "time", "counter", "action")
 MISSING = ("deliver", "drop", "stop")
 "What becomes of a set with a missing camera: delivered, only counted, or the end with an error."
+OPENED_OFTEN = ("sim", "twin", "file")
+"Kinds of source that may be opened more than once at the same time."
 TRIGGERS = ("free", "software", "action", "line")
 ALIGNMENTS = ("start", "middle", "end")
 FOLLOWED = ("ExposureTime", "Gain", "BalanceRatio")
@@ -171,9 +174,11 @@ def parse(text: str, where: str = "the rig") -> RigEntry:
 
 
 def write(path: Path, rig: RigEntry) -> None:
-    """Write a rig's file as a whole. Raises UsageError if that fails."""
+    """Write a rig's file as a whole. Raises UsageError if that fails, or if `read` would refuse it."""
+    text = to_text(rig)
+    parse(text, str(path))
     try:
-        write_whole(path, to_text(rig))
+        write_whole(path, text)
     except OSError as error:
         raise UsageError(f"{path} could not be written: {error.strerror or error}") from error
 
@@ -278,6 +283,7 @@ def _rig(section: _Section) -> RigEntry:
         _camera_name(name): _camera(entry, f"cameras.{name}")
         for name, entry in section.section("cameras").rest().items()
     }
+    _check_sources(cameras)
     rig = RigEntry(
         cameras,
         clock=section.take("clock", _one_of(*CLOCKS), "auto"),
@@ -292,6 +298,17 @@ def _rig(section: _Section) -> RigEntry:
     )
     section.end()
     return rig
+
+
+def _check_sources(cameras: Mapping[str, CameraEntry]) -> None:
+    """Raise UsageError for a camera that is there twice, which can be opened only once."""
+    names: dict[str, str] = {}
+    for name, camera in cameras.items():
+        uri = SourceUri.parse(camera.source)
+        if uri.scheme in OPENED_OFTEN:
+            continue
+        if (other := names.setdefault(str(uri), name)) != name:
+            raise UsageError(f"cameras.{name}: {uri} is {other} already; write another camera's source")
 
 
 def _camera_name(name: object) -> str:

@@ -39,6 +39,11 @@ def test_what_sets_no_camera_is_refused(cameras: grabbergui.CameraGroup, name: s
         setattr(cameras, name, 5000)
 
 
+def test_a_method_that_a_group_lacks_is_refused(cameras: grabbergui.CameraGroup) -> None:
+    with pytest.raises(AttributeError, match=r"no method bracket; call that of each camera: \[camera\.brack"):
+        cameras.bracket(ExposureTime=[1000])
+
+
 def raise_(error: Exception) -> NoReturn:
     raise error
 

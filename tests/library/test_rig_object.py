@@ -64,6 +64,33 @@ def test_a_recording_is_played_as_a_rig(rig: grabbergui.Rig, tmp_path: Path) -> 
         rig.record(path)
 
 
+def test_a_name_that_is_wrong_is_refused_with_the_nearest(rig: grabbergui.Rig) -> None:
+    with pytest.raises(AttributeError, match=r"no attribute exposure_tme; did you mean rig\['left'\]\.expos"):
+        rig.exposure_tme = 3
+    with pytest.raises(AttributeError, match=r"did you mean rig\['left'\]\.gain\?"):
+        rig.gain = 3
+    with pytest.raises(AttributeError, match=r"did you mean rig\.statistics\?"):
+        _ = rig.statistic
+    with pytest.raises(AttributeError, match="cameras of a rig cannot be set"):
+        setattr(rig, "cameras", {})  # noqa: B010  type checkers refuse the assignment, too
+    images = next(iter(rig.sets(timeout=PATIENCE)))
+    with pytest.raises(grabbergui.MissingFrameError, match="no camera lft; did you mean left"):
+        images["lft"]
+    with pytest.raises(KeyError, match="there are left, right"):
+        images["x"]
+
+
+def test_a_closed_rig_says_so() -> None:
+    rig = grabbergui.open_rig(PAIR, trigger="software")
+    rig.close()
+    calls = (rig.sets, rig.start, rig.trigger, lambda: rig.lead("left"), lambda: rig.record("run.mcap"))
+    for call in calls:
+        with pytest.raises(grabbergui.ClosedError, match="closed by this program"):
+            call()
+    assert rig.statistics.sets == 0
+    rig.close()
+
+
 def test_a_file_of_a_rig_is_opened(tmp_path: Path) -> None:
     path = tmp_path / "stereo.yaml"
     path.write_text(f'cameras: {{left: "{PAIR["left"]}", right: "{PAIR["right"]}"}}\nmissing: drop\n')
