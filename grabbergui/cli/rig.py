@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import threading
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.arguments import count, counted, part, positive, wait_time
-from grabbergui.cli.process import stop_on_signals, supervised
+from grabbergui.cli.process import progress_note, stop_on_signals, supervised
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import ExistingFileError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.uri import SourceUri
@@ -21,6 +22,7 @@ from grabbergui.core.visible_text import print_json, print_line
 if TYPE_CHECKING:
     from grabbergui.core.frame import Frame
     from grabbergui.recording.pre_trigger import PreTriggerBuffer
+    from grabbergui.recording.recorder import RecordingProgress
     from grabbergui.rig.grabber import RigGrabber
     from grabbergui.rig.link_budget import LinkBudget
 
@@ -61,7 +63,13 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "sources", metavar="NAME=SOURCE", nargs="*", help="with new: the cameras (all that are found)"
     )
-    parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="check, record: for S seconds")
+    parser.add_argument(
+        "-t",
+        "--seconds",
+        type=wait_time,
+        metavar="S",
+        help="check, record: for S seconds; with --before the wait for --on counts, too",
+    )
     parser.add_argument("--json", action="store_true", help="check, budget, record: print one JSON object")
 
     new = parser.add_argument_group("new")
@@ -172,11 +180,11 @@ def _check(options: argparse.Namespace) -> int:
         queue = stack.enter_context(closing(rig.open_queue(64)))
         rig.start()
         end = time.monotonic() + (options.seconds or CHECK_SECONDS)
-        while not stop.is_set() and (left := end - time.monotonic()) > 0:
-            try:
-                queue.get(min(left, 0.1))
-            except FrameTimeoutError:
-                continue
+        with progress_note() as show:
+            while not stop.is_set() and (left := end - time.monotonic()) > 0:
+                show(lambda left=left: f"{rig.counts().brief}; {left:.0f} s left, Ctrl-C ends it")  # type: ignore[misc]
+                with suppress(FrameTimeoutError):
+                    queue.get(min(left, 0.1))
         counts, states = rig.counts(), rig.clock_states()
         statistics = {name: camera.statistics() for name, camera in rig.cameras.items()}
         budgets = budgets_of(rig.entry, rig.cameras)
@@ -208,8 +216,8 @@ def _check(options: argparse.Namespace) -> int:
     for name, each in statistics.items():
         lost = each.lost + each.incomplete
         print_line(
-            f"{name:{width}}  {counted(each.frames, 'frame')}, {lost} lost,"
-            f" {each.packets_resent} packets resent; clock: {states[name]}"
+            f"{name:{width}}  in {counts.sets - counts.missing[name]} of {counts.sets} sets,"
+            f" {counted(lost, 'frame')} lost, {each.packets_resent} packets resent; clock: {states[name]}"
         )
     print_line(f"sets: {counts}")
     for problem in problems:
@@ -237,6 +245,8 @@ def _budget(options: argparse.Namespace) -> int:
     if options.json:
         print_json({"links": [_as_dict(budget) for budget in budgets], "problems": problems})
         return 1 if problems else 0
+    if alone := [name for name in rig.cameras if not any(name in budget.names for budget in budgets)]:
+        print_line(f"{', '.join(alone)}: not on a network or USB, so there is no link to divide")
     for budget in budgets:
         rows = budget.table()
         widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
@@ -244,7 +254,7 @@ def _budget(options: argparse.Namespace) -> int:
             print_line("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip())
     for problem in problems:
         print_line(f"problem: {problem}")
-    if not problems:
+    if budgets and not problems:
         written = f"written into {options.file}" if options.apply else "write it into the file with --apply"
         print_line(f"all frames fit; {written}")
     return 1 if problems else 0
@@ -280,13 +290,16 @@ def _record(options: argparse.Namespace) -> int:
     with stop_on_signals() as stop, ExitStack() as stack:
         rig = _opened(options.file, stack)
         buffer = _pre_trigger(rig, options, stack) if options.on else None
-        limits = RecordingLimits(options.sets, options.seconds, size)
+        # With --before, `-t` limits the wait as well: nothing of --on need ever happen.
+        limits = RecordingLimits(options.sets, None if buffer is not None else options.seconds, size)
+        end = time.monotonic() + (options.seconds or math.inf) if buffer is not None else math.inf
         recorder = begin(rig, options.out, limits, source=buffer, segment=options.segment)
         recorder.start()
         try:
             rig.start()
-            while not recorder.wait(0.1) and not stop.is_set():
-                pass
+            with progress_note() as show:
+                while not recorder.wait(0.1) and not stop.is_set() and time.monotonic() < end:
+                    show(lambda: _so_far(recorder.progress, buffer))
         finally:
             recorder.stop()
             recorder.wait()
@@ -312,10 +325,17 @@ def _record(options: argparse.Namespace) -> int:
             f"{options.out}: {counted(progress.frames, 'set')} in {progress.seconds:.2f} s,"
             f" {progress.size / 1e6:.1f} MB; {progress.dropped} dropped; {play}"
         )
-        print_line(f"sets: {counts}")
+        print_line(f"all sets of the stream: {counts}")
     if progress.reason:
         raise GrabberError(progress.reason)
     return 0
+
+
+def _so_far(progress: RecordingProgress, buffer: PreTriggerBuffer | None) -> str:
+    waiting = f"{counted(buffer.kept, 'set')} kept; " if buffer is not None else ""
+    dropped = f", {progress.dropped} dropped" if progress.dropped else ""
+    written = f"{counted(progress.frames, 'set')} in {progress.seconds:.1f} s, {progress.size / 1e6:.1f} MB"
+    return f"{waiting}{written}{dropped}; Ctrl-C ends it"
 
 
 def _pre_trigger(rig: RigGrabber, options: argparse.Namespace, stack: ExitStack) -> PreTriggerBuffer:

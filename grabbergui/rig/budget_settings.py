@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -26,13 +27,18 @@ def loads_of(entry: RigEntry, cameras: Mapping[str, FrameGrabber]) -> list[Camer
 
 
 def budgets_of(entry: RigEntry, cameras: Mapping[str, FrameGrabber]) -> list[LinkBudget]:
-    """Return a budget for each link: that of the rig's network, and the USB. Raises GrabberError."""
-    loads = loads_of(entry, cameras)
+    """Return a budget for each link: that of the rig's network, and the USB. Raises GrabberError.
+
+    Cameras on neither, such as simulated ones within this program, are in no budget.
+    """
     network = SharedLink(entry.link.rate, entry.link.share, entry.link.buffer)
-    packets = [load for load in loads if load.packet_size]
-    others = [load for load in loads if not load.packet_size]
-    budgets = [plan(packets, network)] if packets else []
-    return budgets + ([plan(others, SharedLink(USB3_RATE, entry.link.share))] if others else [])
+    # USB has no switch that drops what arrives together: each camera waits for its turn on the bus.
+    usb = SharedLink(USB3_RATE, entry.link.share, math.inf)
+    on_usb = {name: each for name, each in cameras.items() if each.info.bus.startswith("USB")}
+    others = {name: each for name, each in cameras.items() if name not in on_usb}
+    on_network = [load for load in loads_of(entry, others) if load.packet_size]
+    shared = ((on_network, network), (loads_of(entry, on_usb), usb))
+    return [plan(loads, link) for loads, link in shared if loads]
 
 
 def with_budget(entry: RigEntry, budgets: list[LinkBudget]) -> RigEntry:

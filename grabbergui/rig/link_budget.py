@@ -121,6 +121,11 @@ class LinkBudget:
         return not self.problems
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """The cameras that share the link."""
+        return tuple(each.load.name for each in self.allotments)
+
+    @property
     def need(self) -> float:
         """Bytes per second that all cameras need."""
         return sum(each.load.need for each in self.allotments)

@@ -137,6 +137,7 @@ def test_json_has_the_documented_fields(
         ("python -m grabbergui serve gige: --yarp /cam --ros2 /camera", ["yarp:/cam", "ros2:/camera"]),
         ("/usr/bin/grabbergui serve --yarp=/cam", ["yarp:/cam"]),
         ("grabbergui serve gige: --window", []),
+        ("grabbergui rig serve s.yaml --yarp /stereo", ["yarp:/stereo/CAMERA"]),
         ("arv-viewer --yarp /cam", []),
     ],
 )

@@ -77,6 +77,7 @@ def test_a_wrong_group_mask_is_named(file, cameras, capsys):
         (["new", "{folder}/b.yaml", "a"], "write a name and a source"),
         (["new", "{folder}/b.yaml", "a=sim:", "a=sim:colour"], "two cameras have one name"),
         (["new", "{folder}/b.yaml", "9=sim:"], "cannot be a camera's name"),
+        (["new", "{folder}/b.yaml", "a=gige:GV01", "b=gige://GV01"], "cameras.b: gige:GV01 is a already"),
         (["check", "{folder}/none.yaml"], "none.yaml"),
         (["check", "{file}", "a=sim:"], "takes no cameras"),
         (["budget", "{file}", "--apply", "--undo"], "not both"),
@@ -95,9 +96,29 @@ def test_the_seconds_before_an_event_are_recorded(file, cameras, capsys, tmp_pat
     on = ["--before", "2", "--after", "0.3", "--on", "FrameStart"]
     assert main(["rig", "record", str(file), "--out", str(recording), "-n", "4", *on]) == 0
     assert "4 sets" in capsys.readouterr().out
+    never = [
+        "--out",
+        str(tmp_path / "never.mcap"),
+        "--before",
+        "2",
+        "--on",
+        "FrameTriggerMissed",
+        "-t",
+        "0.3",
+    ]
+    assert main(["rig", "record", str(file), *never]) == 0
+    assert "nothing of --on happened" in capsys.readouterr().out
     assert main(["rig", "record", str(file), "--out", "x.mcap", "--before", "2"]) == 2
     assert main(["rig", "record", str(file), "--out", "x.mcap", "--before", "2", "--on", "Nothing"]) == 2
     assert "no camera has this event" in capsys.readouterr().err
+
+
+def test_cameras_without_a_link_have_no_budget(capsys, tmp_path):
+    path = tmp_path / "two.yaml"
+    assert main(["rig", "new", str(path), "a=sim:", "b=sim:"]) == 0
+    capsys.readouterr()
+    assert main(["rig", "budget", str(path)]) == 0
+    assert capsys.readouterr().out == "a, b: not on a network or USB, so there is no link to divide\n"
 
 
 def test_a_level_is_noticed_once_when_it_is_crossed():

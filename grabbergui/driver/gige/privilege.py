@@ -179,13 +179,17 @@ def _controller(link: ControlLink) -> _Controller | None:
 
 
 def served_uris(command: Sequence[str]) -> Iterator[str]:
-    """Yield the URIs at which a command line of ours shares its camera: `serve … --yarp /grabber`."""
+    """Yield the URIs at which a command line of ours shares its camera: `serve … --yarp /grabber`.
+
+    `rig serve` shares each camera below that name, by its own in the rig.
+    """
     if "serve" not in command:
         return
+    below = "/CAMERA" if "rig" in command else ""
     words = [part for word in command for part in word.split("=", 1)]
     for option, value in itertools.pairwise(words):
         if option in ("--yarp", "--ros2"):
-            yield f"{option.removeprefix('--')}:/{value.strip('/')}"
+            yield f"{option.removeprefix('--')}:/{value.strip('/')}{below}"
 
 
 def _local_controller(address: str, port: int) -> _Controller:
