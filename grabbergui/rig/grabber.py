@@ -68,6 +68,8 @@ class RigGrabber(FrameGrabber):
         self._counts = SetCounts()
         self._settings = UndoableSettings()
         self._watches: dict[str, TriggerWatch] = {}
+        self._leader_frame = 0
+        "The id of the leading camera's last frame."
         self._tree: Category | None = None
         self._listening = False
         self._starting = threading.RLock()
@@ -198,6 +200,7 @@ class RigGrabber(FrameGrabber):
             if self._access is Access.CONTROL:
                 self._prepare()
             self._fanout.clear()
+            self._leader_frame = 0
             self._sets = sets = SetStream(
                 self.cameras, self._read_clocks(), self._matcher(), self._deliver, self._on_taken
             )
@@ -300,7 +303,7 @@ class RigGrabber(FrameGrabber):
             with ThreadPoolExecutor(len(self.cameras), "stop camera") as pool:
                 calls = [pool.submit(camera.stop) for camera in self.cameras.values()]
             sets.stop()
-            self._counts = sets.matcher.statistics.counts()
+            self._counts = sets.counts()
             for call in calls:
                 if (error := call.exception()) is not None:
                     log.info("stopping a camera of %s: %s", self.info.title, error)
@@ -323,7 +326,7 @@ class RigGrabber(FrameGrabber):
     def counts(self) -> SetCounts:
         """Return how the sets came out since the stream's start. Any thread."""
         sets = self._sets
-        return sets.matcher.statistics.counts() if sets is not None else self._counts
+        return sets.counts() if sets is not None else self._counts
 
     def recent_skews_ns(self) -> tuple[int, ...]:
         """Return the skews of the recent complete sets, oldest first."""
@@ -396,8 +399,10 @@ class RigGrabber(FrameGrabber):
 
     def _on_taken(self, camera: str, frame: Frame, stamp: FrameStamp) -> None:
         if camera == self.entry.trigger.leader:
+            lost = max(0, frame.frame_id - self._leader_frame - 1) if self._leader_frame else 0
+            self._leader_frame = frame.frame_id
             for other in self._watches.values():
-                other.note_sent(stamp.time_ns, acknowledged=True)
+                other.note_sent(stamp.time_ns, acknowledged=True, lost_before=lost)
         elif (watch := self._watches.get(camera)) is not None:
             watch.note_frame(frame)
 

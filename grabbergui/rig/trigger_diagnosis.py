@@ -70,6 +70,8 @@ class TriggerEvidence:
     "LineStatus; None if the camera has none."
     sent: tuple[int, ...] = ()
     "Triggers that we, or the leading camera, sent."
+    sent_lost: int = 0
+    "Exposures of the leading camera that are not in `sent`, because their frames were lost."
     clock_ns: int = 0
     "How far the clock of what was sent may be from the camera's."
     missed: tuple[int, ...] = ()
@@ -114,6 +116,12 @@ DOUBLE_PART = 0.35
 "Part of the usual distance between pulses, below which a second pulse is a double one."
 GAP = 1.5
 "Distances of more than this many usual ones have pulses missing between them."
+NEAR = 0.2
+"Part of the usual distance by which a pulse of a regular signal may differ from its time."
+LONGEST_GAP = 10
+"Usual distances; a longer one is a pause of the sender."
+REGULAR = 0.8
+"Part of the distances that must be the usual one, or gaps between them are no missing pulses."
 EDGE_NS = 50_000
 "Time between a trigger that is sent and its edge on the line that cables and inputs may take."
 AT_THE_LIMIT = 0.995
@@ -144,13 +152,16 @@ def _of_actions(evidence: TriggerEvidence) -> TriggerFinding | None:
     if action is not None and accepted is not None and (why := action.refused_because(accepted)):
         return TriggerFinding(TriggerCause.ACTION_KEYS, f"the camera ignores the actions: {why}")
     sent, answers = len(evidence.sent), evidence.acknowledged
-    if answers is not None and answers < sent:
-        missing = sent - answers
-        return TriggerFinding(
-            TriggerCause.ACTION_LOST,
-            f"{missing} of {sent} actions did not reach the camera: they were lost on the network",
-        )
-    return None
+    if answers is None:
+        return None
+    # An action whose acknowledge was lost or late has made an exposure nevertheless.
+    missing = sent - max(answers, len(evidence.frames) + evidence.lost + len(evidence.missed))
+    if missing <= 0:
+        return None
+    return TriggerFinding(
+        TriggerCause.ACTION_LOST,
+        f"{missing} of {sent} actions did not reach the camera: they were lost on the network",
+    )
 
 
 def _of_edges(evidence: TriggerEvidence) -> TriggerFinding | None:
@@ -205,43 +216,104 @@ def _triggering(evidence: TriggerEvidence) -> tuple[int, ...] | None:
         return None
     if evidence.activation == "AnyEdge":
         return tuple(sorted((*evidence.rising, *evidence.falling)))
-    return evidence.falling if evidence.activation == "FallingEdge" else evidence.rising
+    return evidence.falling if evidence.activation in ("FallingEdge", "LevelLow") else evidence.rising
 
 
 def _of_pulses(evidence: TriggerEvidence, pulses: list[int]) -> TriggerFinding | None:
     if not pulses:
         return _too_fast(evidence, sorted((*evidence.frames, *evidence.missed))) if evidence.missed else None
     usual = _usual_distance(evidence, pulses)
-    close = [b - a for a, b in pairwise(pulses) if b - a < DOUBLE_PART * usual]
-    bounces = [distance for distance in close if distance < BOUNCE_NS]
-    on_line = evidence.source.startswith("Line")
-    if bounces and on_line:
-        longest = max(bounces) / 1000
-        return TriggerFinding(
-            TriggerCause.BOUNCING,
-            f"{len(bounces)} edges follow another within {longest:.0f} µs: a contact bounces; use a debouncer"
-            " (LineDebouncerTime) or a clean signal",
-        )
-    if close and on_line:  # our own triggers are what they are
-        return TriggerFinding(
-            TriggerCause.DOUBLE,
-            f"{len(close)} pulses are double, {statistics.median(close) / 1e6:.1f} ms apart; are there two"
-            " senders on the line?",
-        )
+    on_line = evidence.source.startswith("Line")  # our own triggers are what they are
+    if on_line and evidence.activation != "AnyEdge" and (found := _too_many(evidence, pulses, usual)):
+        return found
     if (found := _too_fast(evidence, pulses)) is not None:
         return found
     if (found := _burst(evidence, pulses)) is not None:
         return found
     if not on_line:
         return None
-    gaps = [b - a for a, b in pairwise(pulses) if b - a > GAP * usual]
-    missing = max(sum(round(gap / usual) - 1 for gap in gaps), len(evidence.sent) - len(pulses) - 1)
+    missing = _absent(evidence, pulses, usual) - evidence.lost
     if missing > 0:
         return TriggerFinding(
             TriggerCause.PULSES_MISSING,
             f"pulses missing between the others: {missing}; the sender or the cable drops some",
         )
     return None
+
+
+def _too_many(evidence: TriggerEvidence, pulses: list[int], usual: float) -> TriggerFinding | None:
+    """Name pulses that follow another too soon, unless the leading camera exposed so."""
+    expected = _expected(evidence, pulses, usual)
+    extra = set(pulses)
+    for moment in expected or ():
+        if (nearest := _nearest(moment, pulses)) is not None:
+            extra.discard(nearest)
+    close = []
+    for index, (a, b) in enumerate(pairwise(pulses)):
+        if b - a >= DOUBLE_PART * usual or not {a, b} & extra:
+            continue
+        after = pulses[index + 2] - a if index + 2 < len(pulses) else 0
+        before = a - pulses[index - 1] if index else 0
+        if b - a < BOUNCE_NS or _is_regular(after, usual) or _is_regular(before, usual):
+            close.append(b - a)
+    if len(close) <= evidence.sent_lost:
+        return None
+    bounces = [distance for distance in close if distance < BOUNCE_NS]
+    if bounces:
+        longest = max(bounces) / 1000
+        return TriggerFinding(
+            TriggerCause.BOUNCING,
+            f"{len(bounces)} edges follow another within {longest:.0f} µs: a contact bounces; use a debouncer"
+            " (LineDebouncerTime) or a clean signal",
+        )
+    if close:
+        return TriggerFinding(
+            TriggerCause.DOUBLE,
+            f"{len(close)} pulses are double, {statistics.median(close) / 1e6:.1f} ms apart; are there two"
+            " senders on the line?",
+        )
+    return None
+
+
+def _absent(evidence: TriggerEvidence, pulses: list[int], usual: float) -> int:
+    """Return how many pulses are missing between the others.
+
+    If a leading camera sends them, its exposures tell: it may leave frames out itself. Otherwise only gaps in
+    a regular signal do. A pulse that made a frame was there, though its event was lost.
+    """
+    expected = _expected(evidence, pulses, usual)
+    if expected is None:
+        distances = [b - a for a, b in pairwise(pulses)]
+        if sum(_is_regular(each, usual, 1) for each in distances) < REGULAR * len(distances):
+            return 0
+        expected = []
+        for a, distance in zip(pulses[:-1], distances, strict=True):
+            if distance > GAP * usual and _is_regular(distance, usual, LONGEST_GAP):
+                count = round(distance / usual)
+                expected += [a + number * distance / count for number in range(1, count)]
+    reach = NEAR * usual + evidence.clock_ns
+    seen = sorted((*pulses, *evidence.frames))
+    within = [moment for moment in expected if pulses[0] < moment < pulses[-1]]
+    return sum(abs((_nearest(moment, seen) or 0) - moment) > reach for moment in within)
+
+
+def _expected(evidence: TriggerEvidence, pulses: list[int], usual: float) -> list[float] | None:
+    """Return when the pulses that were sent should have arrived; None if nobody knows."""
+    if len(evidence.sent) < 2 or evidence.clock_ns > NEAR * usual:
+        return None
+    delay = _delay(evidence.sent, pulses, evidence.clock_ns)
+    return [moment + delay for moment in evidence.sent]
+
+
+def _nearest(moment: float, times: Sequence[int]) -> int | None:
+    at = bisect.bisect_left(times, moment)
+    return min(times[max(0, at - 1) : at + 1], key=lambda each: abs(each - moment), default=None)
+
+
+def _is_regular(distance: float, usual: float, most: float = float("inf")) -> bool:
+    """Whether a distance is a multiple of the usual one, at most `most` times it."""
+    times = round(distance / usual) if usual else 0
+    return 1 <= times <= most and abs(distance - times * usual) <= NEAR * usual
 
 
 def _usual_distance(evidence: TriggerEvidence, pulses: Sequence[int]) -> float:

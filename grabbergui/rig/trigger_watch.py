@@ -28,6 +28,7 @@ log = logging.getLogger(__name__)
 KEPT = 512
 "Events, frames and triggers that are kept of each kind."
 MISSED = "FrameTriggerMissed"
+FRAMES = "frames"
 SETTLED = 1.0
 "Seconds after which a trigger that was sent has made its frame, or never will."
 
@@ -53,6 +54,11 @@ class _Times:
     def add(self, time_ns: int) -> None:
         self.count += 1
         self._times.append((time.monotonic(), time_ns))
+
+    @property
+    def complete_from(self) -> float:
+        """The time of `time.monotonic` from which on all are here."""
+        return self._times[0][0] if len(self._times) == KEPT else 0.0
 
     def since(self, begin: float) -> tuple[int, ...]:
         """Return those that came after a time of `time.monotonic`."""
@@ -95,8 +101,8 @@ class TriggerWatch:
         self._rising, self._falling = f"{self._source}RisingEdge", f"{self._source}FallingEdge"
         self._events = {name: _Times() for name in (MISSED, self._rising, self._falling)}
         self._on = {name for name in self._events if self._switch_on(name, settings)}
-        self._frames, self._sent = _Times(), _Times()
-        self._acknowledged = 0
+        self._frames, self._sent, self._acknowledged = _Times(), _Times(), _Times()
+        self._sent_lost = 0
         self._lost_before = self._lost()
         self._losses: deque[tuple[float, int]] = deque([(time.monotonic(), 0)], maxlen=KEPT)
         "What was lost by then, and when that was asked."
@@ -106,11 +112,16 @@ class TriggerWatch:
         """Listen no more."""
         self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
 
-    def note_sent(self, moment_ns: int, *, acknowledged: bool) -> None:
-        """Take note of a trigger that was sent to this camera, by us or the leader, on the host's clock."""
+    def note_sent(self, moment_ns: int, *, acknowledged: bool, lost_before: int = 0) -> None:
+        """Take note of a trigger that was sent to this camera, by us or the leader, on the host's clock.
+
+        `lost_before` exposures of the leader came before that, whose frames were lost.
+        """
         with self._lock:
+            if acknowledged:  # first, so that a window never has fewer acknowledges
+                self._acknowledged.add(moment_ns)
             self._sent.add(moment_ns)
-            self._acknowledged += acknowledged
+            self._sent_lost += lost_before
 
     def note_frame(self, frame: Frame) -> None:
         """Take note of a frame that arrived."""
@@ -156,19 +167,21 @@ class TriggerWatch:
         now = time.monotonic()
         begin = 0.0 if last is None else now - last
         with self._lock:
+            # Counts of different kinds compare only over the time of which all of them are kept.
+            kinds = (*self._events.values(), self._frames, self._sent, self._acknowledged)
+            begin = max(begin, *(each.complete_from for each in kinds))
             events = {name: times.since(begin) for name, times in self._events.items()}
-            frames, sent, acknowledged = (
-                self._frames.since(begin),
-                self._sent.since(begin),
-                self._acknowledged,
-            )
+            frames, sent = self._frames.since(begin), self._sent.since(begin)
+            acknowledged, sent_lost = len(self._acknowledged.since(begin)), self._sent_lost
             lost = self._lost_since()
             before = [count for at, count in self._losses if at <= begin]
             self._losses.append((now, lost))
         by_line = self._entry.by == "line"
         clock_ns = 0
         if by_line:
-            events, clock_ns = self._on_host_clock(events)
+            mapped, clock_ns = self._on_host_clock({**events, FRAMES: frames})
+            frames = mapped.pop(FRAMES)
+            events = mapped
             sent = sent if clock_ns else ()
         edges = by_line and {self._rising, self._falling} <= self._on
         return TriggerEvidence(
@@ -180,6 +193,7 @@ class TriggerWatch:
             falling=events[self._falling] if edges else None,
             level=self._level() if by_line and self._source.startswith("Line") else None,
             sent=sent,
+            sent_lost=sent_lost,
             clock_ns=clock_ns,
             missed=events[MISSED],
             exposure_ns=exposure,

@@ -175,10 +175,53 @@ def well_with_a_leader(seed):
     return bench.result(sent=tuple(clock.to_device(time) + shift for time in pulses), clock_ns=300_000)
 
 
+def busy_leader(seed):
+    """A leader that leaves exposures out and makes others early; some of its frames and events are lost."""
+    bench = Bench(seed)
+    period = slow(bench)
+    pulses = bench.pulses(period)
+    for late in bench.random.sample(range(1, PULSES), 6):
+        shift = round(bench.random.uniform(0.1, 5.8) * period)
+        pulses[late:] = [time + shift for time in pulses[late:]]
+    hurried = bench.random.randrange(2, PULSES)
+    shift = max(0, pulses[hurried] - pulses[hurried - 1] - bench.shortest - 2 * MS)
+    pulses[hurried:] = [time - shift for time in pulses[hurried:]]
+    bench.run(bench.levels(pulses, bench.random.randint(MS // 4, 2 * MS)))
+    del bench.seen["rising"][bench.random.randrange(PULSES)]
+    sent = bench.random.sample(pulses, PULSES - seed % 4)
+    clock = bench.model._device_clock
+    return bench.result(sent=tuple(sorted(map(clock.to_device, sent))), sent_lost=seed % 4, clock_ns=200_000)
+
+
+def encoder(seed):
+    """A conveyor that changes its speed and stands still for a while."""
+    bench = Bench(seed)
+    period, at, pulses = slow(bench), bench.time + 50 * MS, []
+    for number in range(PULSES):
+        pulses.append(at)
+        at += round(period * (1 + 2 * abs(number - PULSES / 2) / PULSES))
+        if number == 7:
+            at += round(period * bench.random.uniform(1, 20))
+    bench.run(bench.levels(pulses, 2 * MS))
+    return bench.result()
+
+
+def paused(seed):
+    """A regular signal that begins again after a pause."""
+    bench = Bench(seed)
+    period = slow(bench)
+    pulses = bench.pulses(period)
+    pause = round(period * bench.random.uniform(10, 50))
+    pulses[12:] = [time + pause for time in pulses[12:]]
+    bench.run(bench.levels(pulses, 2 * MS))
+    del bench.seen["rising"][bench.random.randrange(PULSES)]  # its event is lost, its frame is there
+    return bench.result()
+
+
 KEYS = ActionKeys(7, 3, 5)
 
 
-def actions(seed, keys=KEYS, reach=lambda number: True):
+def actions(seed, keys=KEYS, reach=lambda number: True, acknowledged=PULSES):
     """Send actions to a camera that accepts KEYS; those that `reach` are acknowledged if they are meant."""
     bench = Bench(seed, TriggerSource.ACTION1)
     pulses = bench.pulses(slow(bench))
@@ -190,8 +233,12 @@ def actions(seed, keys=KEYS, reach=lambda number: True):
         sent=tuple(pulses),
         action=keys,
         accepted=KEYS,
-        acknowledged=len(arriving) if meant else 0,
+        acknowledged=min(len(arriving), acknowledged) if meant else 0,
     )
+
+
+def late_acknowledges(seed):
+    return actions(seed, acknowledged=PULSES - 1 - seed % 4)
 
 
 def wrong_keys(seed):
@@ -227,6 +274,10 @@ def lost_frame(seed):
 FAULTS = {
     well: TriggerCause.NONE,
     well_with_a_leader: TriggerCause.NONE,
+    busy_leader: TriggerCause.NONE,
+    encoder: TriggerCause.NONE,
+    paused: TriggerCause.NONE,
+    late_acknowledges: TriggerCause.NONE,
     actions: TriggerCause.NONE,
     no_signal: TriggerCause.NO_SIGNAL,
     missing: TriggerCause.PULSES_MISSING,
