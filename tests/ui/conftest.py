@@ -46,7 +46,7 @@ class App:
     def connect(self, uri="sim:?fps=15"):
         link = self.program.opener
         before = link.open_sources.current
-        self.program.sources.connect_to(uri)
+        self.program.source_controls.sources.connect_to(uri)
         self.until(
             lambda: link.open_sources.current is not before and link.open_sources.state is LinkState.STREAMING
         )

@@ -10,7 +10,7 @@ def menu_of(app, widget):
     where = widget.rect().center()
     event = QContextMenuEvent(QContextMenuEvent.Mouse, where, widget.mapToGlobal(where))
     QApplication.sendEvent(widget, event)
-    menu = app.program.feature_menu.menu
+    menu = app.program.feature_controls.feature_menu.menu
     app.until(menu.isVisible)
     return menu
 
@@ -20,4 +20,4 @@ def choose_from_menu(app, widget, text):
     menu = menu_of(app, widget)
     (action,) = (a for a in menu.actions() if a.text().replace("&", "") == text)
     app.qtbot.mouseClick(menu, Qt.LeftButton, pos=menu.actionGeometry(action).center())
-    app.until(lambda: app.program.feature_menu.menu is None)
+    app.until(lambda: app.program.feature_controls.feature_menu.menu is None)

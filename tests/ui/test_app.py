@@ -226,7 +226,7 @@ def test_the_window_loads_nothing_that_only_other_windows_need(loaded):
 def test_others_are_looked_for_once_the_named_source_shows_an_image(app, monkeypatch):
     order = []
     monkeypatch.setattr(program, "SEARCH_AFTER_MS", 1000 * 3600)
-    monkeypatch.setattr(app.program.source_list, "start", lambda: order.append("search"))
+    monkeypatch.setattr(app.program.source_controls.source_list, "start", lambda: order.append("search"))
     app.window.image.painted.connect(lambda: order.append("image"))
     app.program.begin("sim:")
     app.watch(3)
@@ -237,6 +237,6 @@ def test_others_are_looked_for_once_the_named_source_shows_an_image(app, monkeyp
 def test_others_are_looked_for_although_the_named_source_shows_nothing(app, monkeypatch):
     monkeypatch.setattr(program, "SEARCH_AFTER_MS", 10)
     searches = []
-    monkeypatch.setattr(app.program.source_list, "start", lambda: searches.append(1))
+    monkeypatch.setattr(app.program.source_controls.source_list, "start", lambda: searches.append(1))
     app.program.begin("nonsense:")
     app.until(lambda: searches)

@@ -348,7 +348,7 @@ def test_a_file_that_cannot_be_written_is_reported(stand, tmp_path):
 
 
 def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(app):
-    window, opener = app.window, app.program.calibrating
+    window, opener = app.window, app.program.image_controls.calibrating
     assert not window.actionCalibrate.isEnabled()
     app.connect("sim:board")
     app.until(window.actionCalibrate.isEnabled)

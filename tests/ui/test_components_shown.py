@@ -91,7 +91,7 @@ def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_s
 
 
 def test_the_point_cloud_is_drawn_and_turned_in_a_window_of_its_own(app):
-    app, points = app, app.program.points
+    app, points = app, app.program.image_controls.points
     app.connect("sim:?width=160&height=120")
     app.window.actionShowPoints.trigger()
     app.until(lambda: "no range image" in points.dialog.view.problem)

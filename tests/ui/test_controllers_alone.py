@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from PyQt5.QtCore import QObject
-from PyQt5.QtWidgets import QAction
+from PyQt5.QtWidgets import QAction, QWidget
 
 import grabbergui.ui.controllers
 from grabbergui.models.frame_history import FrameHistory
@@ -16,7 +16,9 @@ from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.recording import PauseController
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.controllers.tuning import RegionController
+from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.recording_bars import PauseBar
 from grabbergui.ui.widgets.drawing_tool import DrawingTool
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
@@ -46,14 +48,11 @@ class NoFiles:
 @pytest.fixture
 def program(qapp):
     """The models that any controller gets."""
-    owner, messages = QObject(), MessageModel()
+    owner, messages, files = QWidget(), MessageModel(), NoFiles()
     open_sources = OpenSources(messages)
-    yield SimpleNamespace(
-        owner=owner,
-        messages=messages,
-        open_sources=open_sources,
-        said=CurrentMessages(messages, lambda: open_sources.current),
-    )
+    current = CurrentMessages(messages, lambda: open_sources.current)
+    context = SourceContext(open_sources, ImageModel(), current, Preferences(None), files, owner)
+    yield SimpleNamespace(owner=owner, messages=messages, files=files, context=context)
     owner.deleteLater()
     qapp.processEvents()
 
@@ -69,9 +68,7 @@ def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
     buttons = actions(program.owner, "actionPause", "actionStepBack", "actionStepForward")
     bar = PauseBar()
     qtbot.addWidget(bar)
-    controller = PauseController(
-        buttons, bar, program.open_sources, ImageModel(), FrameHistory(), program.said, program.owner
-    )
+    controller = PauseController(buttons, bar, program.context, FrameHistory())
 
     buttons.actionPause.setChecked(True)
 
@@ -96,7 +93,7 @@ class Undrawn:
 
 def test_a_region_cannot_be_drawn_where_there_is_no_image(program, qtbot):
     buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn(qtbot)
-    RegionController(buttons, view, program.open_sources, ImageModel(), program.said, program.owner)
+    RegionController(buttons, view, program.context)
     buttons.actionRegion.setEnabled(True)
 
     buttons.actionRegion.trigger()
@@ -107,16 +104,15 @@ def test_a_region_cannot_be_drawn_where_there_is_no_image(program, qtbot):
 
 
 def test_loading_a_calibration_that_is_cancelled_does_nothing(program):
-    buttons = actions(program.owner, "actionCalibrate", "actionLoadCalibration", "actionShowCalibration")
-    files, image = NoFiles(), ImageModel()
-    CalibrationViewController(buttons, files, program.open_sources, image, program.said, program.owner)
+    buttons = actions(program.owner, "actionLoadCalibration", "actionShowCalibration")
+    CalibrationViewController(buttons, program.context)
 
     assert not buttons.actionLoadCalibration.isEnabled()  # there is no camera
     buttons.actionLoadCalibration.setEnabled(True)
     buttons.actionLoadCalibration.trigger()
 
-    assert files.asked and not program.messages.shown(None)
-    assert image.settings.calibration is None
+    assert program.files.asked and not program.messages.shown(None)
+    assert program.context.image.settings.calibration is None
 
 
 def test_no_controller_takes_the_main_window():

@@ -138,7 +138,7 @@ def test_no_turn_takes_100_ms_while_real_cameras_descriptions_open(warm_desk):
         for path in sorted(VENDORS.glob("*.xml")):
             app.program.opener.create = lambda _, path=path: DeviceGrabber(XmlDevice(path.read_bytes()))
             with turns_of_the_event_loop() as turns:
-                app.program.sources.connect_to("sim:")
+                app.program.source_controls.sources.connect_to("sim:")
                 app.until(lambda: app.program.open_sources.state is LinkState.OPEN)
                 app.until(lambda: any(s.isVisible() for s in app.window.features.findChildren(Section)))
                 app.qtbot.wait(200)

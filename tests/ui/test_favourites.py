@@ -75,10 +75,10 @@ def drag(app, monkeypatch, source, where):
     monkeypatch.setattr(QDrag, "exec_", fly)
     label = source._label
     start = label.rect().center()
-    before = app.program.favourites.names
+    before = app.program.feature_controls.favourites.names
     app.qtbot.mousePress(label, Qt.LeftButton, pos=start)
     for way in (QPoint(3, 0), QPoint(QApplication.startDragDistance(), 0)):
-        assert app.program.favourites.names == before
+        assert app.program.feature_controls.favourites.names == before
         # Not over qtbot, whose moves have no button down.
         event = QMouseEvent(QEvent.MouseMove, start + way, Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
         QApplication.sendEvent(label, event)
@@ -122,7 +122,7 @@ def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back
     assert not to_right.isEnabled() and menu.toolTipsVisible()
     assert to_right.toolTip() == f"Move to the right\n{Unavailable.LAST.text}"
     menu.close()
-    app.until(lambda: app.program.feature_menu.menu is None)
+    app.until(lambda: app.program.feature_controls.feature_menu.menu is None)
     choose_from_menu(app, app.window.favourites.shownCards[3], "Move to the left")
     app.until(lambda: pinned(app) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
     choose_from_menu(app, app.window.favourites.shownCards[0], "Unpin")
@@ -135,13 +135,13 @@ def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
     source = app.program.open_sources.current
     names = [d.name for d in source.features.root.descriptions() if d.name not in USUAL]
     for name in names[: MOST_PINNED - 3]:
-        app.program.favourites.add(name)
+        app.program.feature_controls.favourites.add(name)
     app.until(lambda: len(pinned(app)) == MOST_PINNED)
     strip = app.window.favourites
     app.until(lambda: len({card.y() for card in strip.shownCards}) > 1)
     assert all(card.geometry().right() <= strip.width() for card in strip.shownCards)
     assert strip.place_at(strip.shownCards[3].geometry().center() + QPoint(-60, 0)) == 3
-    app.program.favourites.add(names[MOST_PINNED])
+    app.program.feature_controls.favourites.add(names[MOST_PINNED])
     assert "no more than 12" in app.errors[0]
 
 
@@ -166,8 +166,8 @@ def test_without_controls_the_hint_is_seen_and_nothing_scrolls(app):
 
 
 def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(app):
-    app.program.favourites.add("TriggerMode")
-    app.program.favourites.remove("Gain")
+    app.program.feature_controls.favourites.add("TriggerMode")
+    app.program.feature_controls.favourites.remove("Gain")
     chosen = ("ExposureTime", "AcquisitionFrameRate", "TriggerMode")
     app.window.histogramDock.show()
     app.program.open_sources.close_current()

@@ -51,7 +51,7 @@ def test_late_signals_with_older_sources_change_nothing(app):
 
     app.until(lambda: connected() == [True, True])
     program.open_sources.changed.emit(())
-    program.source_list.changed.emit(())
+    program.source_controls.source_list.changed.emit(())
     assert connected() == [True, True] and len(app.window.gallery.tiles) == 2
 
 
@@ -97,7 +97,7 @@ def test_values_changed_meanwhile_are_shown_when_it_becomes_current_again(app):
 def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(app):
     _, second = two_cameras(app)
     source = app.program.open_sources.all[1]
-    tile = app.program.gallery.tiles[1]
+    tile = app.program.source_controls.gallery.tiles[1]
     gone = [weakref.ref(thing) for thing in (source, source.grabber, tile, tile.image)]
     del source, tile
 
@@ -130,7 +130,7 @@ def test_closing_the_current_camera_makes_the_other_current(app):
 
 def test_a_recording_goes_on_while_another_camera_is_current(app):
     tile, second = two_cameras(app)
-    recorded, recordings = app.program.open_sources.current, app.program.recordings
+    recorded, recordings = app.program.open_sources.current, app.program.source_controls.recordings
     bar = app.window.recordingBar
     bar.recordButton.click()
     app.until(lambda: "frames" in bar.progressLabel.text() and bar.recordButton.isChecked())

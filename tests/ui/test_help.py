@@ -16,7 +16,7 @@ from grabbergui.ui.controllers.help import HelpController
 
 def test_the_manual_opens_and_its_links_lead_to_other_pages(app):
     app.window.actionManual.trigger()
-    manual = app.program.help.manual
+    manual = app.program.help_controls.help.manual
     assert "Find a camera" in manual.text.toPlainText()
     manual.text.anchorClicked.emit(manual.text.source().resolved(type(manual.text.source())("tuning.md")))
     assert (MANUAL / "tuning.md").read_text("utf-8").splitlines()[0].lstrip("# ") in (
@@ -35,13 +35,13 @@ def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(app, mo
 
     monkeypatch.setattr("grabbergui.doctor.check", look)
     app.window.actionDoctor.trigger()
-    doctor = app.program.help.doctor
+    doctor = app.program.help_controls.help.doctor
     app.until(lambda: doctor.stateLabel.text() == "1 problem found")
     assert threads == ["doctor"]
     text = doctor.text.toPlainText()
     assert "good: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text
     doctor.close()
-    app.until(lambda: app.program.help.doctor is None)
+    app.until(lambda: app.program.help_controls.help.doctor is None)
 
 
 def test_whats_this_explains_a_control_by_its_tooltip(app, monkeypatch):
@@ -98,7 +98,7 @@ def test_a_camera_is_reported_while_it_streams(app, monkeypatch, tmp_path):
     file = tmp_path / "camera.zip"
     monkeypatch.setattr(app.program.files, "to_save", lambda title, name, kinds: file)
     app.window.actionReport.trigger()
-    dialog = app.program.report.dialog
+    dialog = app.program.help_controls.report.dialog
     save = dialog.saveButton
     assert not save.isEnabled()
     app.until(save.isEnabled)
@@ -112,4 +112,4 @@ def test_a_camera_is_reported_while_it_streams(app, monkeypatch, tmp_path):
     app.until(file.exists)
     report = report_file.load(file)
     assert report.info.serial == "SIM001" and report.stream.frames and not report.pixels
-    assert app.program.report.dialog is None
+    assert app.program.help_controls.report.dialog is None

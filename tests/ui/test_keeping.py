@@ -34,7 +34,7 @@ def rows(report):
 
 
 def test_settings_are_saved_changed_loaded_and_rolled_back(app, tmp_path):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     keeping.save(path)
     app.until(path.exists)
     app.grabber.write_feature("Gain", 6)
@@ -78,7 +78,7 @@ def switch_while_it_works(app):
 
 
 def test_what_was_loaded_onto_one_camera_is_not_rolled_back_on_another(app, tmp_path, switch_while_it_works):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     app.grabber.write_feature("Gain", 6.0)
     first, second = switch_while_it_works(lambda: keeping.load(path))
@@ -93,14 +93,14 @@ def test_what_was_loaded_onto_one_camera_is_not_rolled_back_on_another(app, tmp_
 def test_a_failure_is_reported_of_the_camera_that_it_happened_to(app, tmp_path, switch_while_it_works):
     path = tmp_path / "settings.yaml"
     path.write_text("nonsense: [")
-    first, second = switch_while_it_works(lambda: app.program.settings_files.load(path))
+    first, second = switch_while_it_works(lambda: app.program.feature_controls.settings_files.load(path))
     shown = app.program.messages.shown
     app.until(lambda: any(path.name in message.text for message in shown(first)))
     assert not shown(second)
 
 
 def test_what_was_compared_with_one_camera_is_not_written_to_another(app, tmp_path, switch_while_it_works):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     first, second = switch_while_it_works(lambda: keeping.compare(path))
     app.until(lambda: keeping.report)
@@ -116,12 +116,15 @@ def test_tables_and_sets_of_a_camera_that_is_no_longer_current_are_not_shown(
     entry = getattr(app.window, action)
     app.until(entry.isEnabled)
     switch_while_it_works(entry.trigger)
-    app.until(lambda: not app.program.work._tasks.rows)
-    assert app.program.lut.dialog is None and app.program.user_sets.dialog is None
+    app.until(lambda: not app.program.feature_controls.work._tasks.rows)
+    assert (
+        app.program.feature_controls.lut.dialog is None
+        and app.program.feature_controls.user_sets.dialog is None
+    )
 
 
 def test_loading_waits_for_the_last_write_of_a_slider(app, tmp_path):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     features = app.program.open_sources.current.features
     features._throttle.interval = 0.5  # so that loading would have all the time to come first
@@ -137,7 +140,7 @@ def test_loading_waits_for_the_last_write_of_a_slider(app, tmp_path):
 
 
 def test_comparing_changes_nothing_until_applied(app, tmp_path):
-    keeping, path = app.program.settings_files, tmp_path / "settings.pfs"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.pfs"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     keeping.compare(path)
     app.until(lambda: keeping.report)
@@ -152,7 +155,7 @@ def test_settings_that_the_program_was_started_with_are_compared_once(make_app, 
     app = make_app()
     path = tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
-    keeping = app.program.settings_files
+    keeping = app.program.feature_controls.settings_files
     app.program.compare_once_open(path)
     app.connect("sim:?width=320&height=240&fps=15")
     app.until(lambda: keeping.report)
@@ -186,9 +189,9 @@ def test_a_file_of_settings_is_dropped_onto_the_window(app, tmp_path):
 
 def test_a_file_without_settings_is_reported(app, tmp_path):
     (tmp_path / "diary.txt").write_text("dear diary\n")
-    app.program.settings_files.load(tmp_path / "diary.txt")
+    app.program.feature_controls.settings_files.load(tmp_path / "diary.txt")
     app.until(lambda: any("diary.txt" in text for text in app.errors))
-    assert app.program.settings_files.report is None
+    assert app.program.feature_controls.settings_files.report is None
     assert not app.window.actionUndo.isEnabled()
 
 
@@ -255,13 +258,13 @@ def test_a_snapshot_folder_that_cannot_be_made_is_named(app, tmp_path):
 
 def test_a_window_that_is_closed_is_gone_before_anything_is_waited_for(app):
     seen = []
-    stop = app.program.source_list.stop
+    stop = app.program.source_controls.source_list.stop
 
     def notice(timeout):
         seen.append(app.window.isVisible())
         return stop(timeout)
 
-    app.program.source_list.stop = notice
+    app.program.source_controls.source_list.stop = notice
     app.window.close()
     assert seen and not any(seen)
 
@@ -272,7 +275,7 @@ def tick(table, name, ticked):
 
 
 def test_of_a_comparison_only_what_is_ticked_is_applied(app, tmp_path):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.compare(path)
     app.until(lambda: keeping.report)
@@ -285,7 +288,7 @@ def test_of_a_comparison_only_what_is_ticked_is_applied(app, tmp_path):
 
 
 def test_loading_is_one_step_to_undo(app, tmp_path):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.load(path)
     app.until(lambda: keeping.report)
@@ -296,7 +299,11 @@ def test_loading_is_one_step_to_undo(app, tmp_path):
 
 
 def test_loading_that_a_loss_breaks_off_lists_what_was_written_and_what_was_not(app, tmp_path, monkeypatch):
-    keeping, path, camera = app.program.settings_files, tmp_path / "settings.yaml", app.grabber
+    keeping, path, camera = (
+        app.program.feature_controls.settings_files,
+        tmp_path / "settings.yaml",
+        app.grabber,
+    )
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     write = camera.write_setting
     with ExitStack() as loss:
@@ -318,7 +325,7 @@ def test_loading_that_a_loss_breaks_off_lists_what_was_written_and_what_was_not(
 
 
 def test_loading_shows_how_far_it_is_and_can_be_cancelled(app, tmp_path, monkeypatch):
-    keeping, path = app.program.settings_files, tmp_path / "settings.yaml"
+    keeping, path = app.program.feature_controls.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     read, slow = app.grabber.feature, threading.Event()
 
@@ -349,7 +356,7 @@ def test_closing_the_camera_ends_work_in_progress(app, tmp_path, monkeypatch):
         return read(name)
 
     monkeypatch.setattr(app.grabber, "feature", slowly)
-    app.program.settings_files.save(tmp_path / "settings.yaml")
+    app.program.feature_controls.settings_files.save(tmp_path / "settings.yaml")
     app.until(lambda: app.window.image.tasks.rows and app.window.image.tasks.rows[0].bar.value() > 0)
     app.program.open_sources.close_current()
     app.until(lambda: not app.window.image.tasks.rows)
@@ -365,7 +372,7 @@ def test_saving_that_is_cancelled_leaves_no_file(app, tmp_path, monkeypatch):
         return read(name)
 
     monkeypatch.setattr(app.grabber, "feature", slowly)
-    app.program.settings_files.save(path)
+    app.program.feature_controls.settings_files.save(path)
     app.until(lambda: app.window.image.tasks.rows)
     app.window.image.tasks.rows[0].cancelButton.click()
     app.until(lambda: not app.window.image.tasks.rows)
@@ -373,7 +380,7 @@ def test_saving_that_is_cancelled_leaves_no_file(app, tmp_path, monkeypatch):
 
 
 def test_two_files_are_compared_and_the_difference_is_applied(app, tmp_path):
-    keeping = app.program.settings_files
+    keeping = app.program.feature_controls.settings_files
     first, second = tmp_path / "day.yaml", tmp_path / "night.pfs"
     for path, gain, gamma in ((first, 3.0, 2.0), (second, 9.0, 1.5)):
         values = {SettingKey("Gain"): gain, SettingKey("Gamma"): gamma, SettingKey("Width"): 320}
@@ -405,10 +412,10 @@ def test_files_are_not_read_in_the_gui_thread(app, tmp_path, monkeypatch):
     )
     path = tmp_path / "a.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
-    app.program.settings_files.compare_files(path, path)
-    app.until(lambda: app.program.settings_files.difference)
+    app.program.feature_controls.settings_files.compare_files(path, path)
+    app.until(lambda: app.program.feature_controls.settings_files.difference)
     assert len(threads) == 2 and threading.main_thread() not in threads
-    app.program.settings_files.difference.close()
+    app.program.feature_controls.settings_files.difference.close()
 
 
 def test_without_a_camera_files_are_compared_all_the_same(make_app, tmp_path):
@@ -416,21 +423,21 @@ def test_without_a_camera_files_are_compared_all_the_same(make_app, tmp_path):
     paths = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
     for path in paths:
         files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
-    app.program.settings_files.compare_files(*paths)
-    app.until(lambda: app.program.settings_files.difference)
-    dialog = app.program.settings_files.difference
+    app.program.feature_controls.settings_files.compare_files(*paths)
+    app.until(lambda: app.program.feature_controls.settings_files.difference)
+    dialog = app.program.feature_controls.settings_files.difference
     assert "no difference" in dialog.headline.text()
     assert not dialog.firstButton.isVisible()
     dialog.close()
-    app.program.settings_files.load(paths[0])
+    app.program.feature_controls.settings_files.load(paths[0])
     assert any("connect to one first" in text for text in app.errors)
 
 
 def sets_dialog(app):
     app.until(app.window.actionUserSets.isEnabled)
     app.window.actionUserSets.trigger()
-    app.until(lambda: app.program.user_sets.dialog)
-    return app.program.user_sets.dialog
+    app.until(lambda: app.program.feature_controls.user_sets.dialog)
+    return app.program.feature_controls.user_sets.dialog
 
 
 def choose(app, dialog, name):
@@ -467,14 +474,14 @@ def test_settings_are_kept_in_the_camera_and_come_back(app):
     app.until(lambda: app.window.actionUndo.text() == "&Undo UserSetLoad UserSet1")
     app.window.actionUndo.trigger()
     app.until(lambda: app.grabber.feature("Gain").value == 12)
-    assert app.program.user_sets.dialog is None
+    assert app.program.feature_controls.user_sets.dialog is None
 
 
 def test_the_dialog_goes_with_its_camera(app):
     dialog = sets_dialog(app)
     assert dialog.isVisible()
     app.program.open_sources.close_current()
-    app.until(lambda: app.program.user_sets.dialog is None)
+    app.until(lambda: app.program.feature_controls.user_sets.dialog is None)
     assert not app.window.actionUserSets.isEnabled()
 
 
@@ -484,9 +491,9 @@ def test_invalid_lines_of_files_that_are_compared_are_listed(make_app, tmp_path)
     whole, damaged = tmp_path / "a.yaml", tmp_path / "b.yaml"
     whole.write_text("features:\n  Gain: 1.0\n")
     damaged.write_text("features:\n  Gain: 1.0\n  Gamma: [1\n")
-    app.program.settings_files.compare_files(whole, damaged)
-    app.until(lambda: app.program.settings_files.difference)
-    dialog = app.program.settings_files.difference
+    app.program.feature_controls.settings_files.compare_files(whole, damaged)
+    app.until(lambda: app.program.feature_controls.settings_files.difference)
+    dialog = app.program.feature_controls.settings_files.difference
     rows = [dialog.table.topLevelItem(row).text(0) for row in range(dialog.table.topLevelItemCount())]
     assert [row.startswith(f"{damaged}, line 3: ") for row in rows] == [True]
     assert dialog.checked() == []

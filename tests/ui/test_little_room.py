@@ -151,7 +151,7 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app
     app.connect("sim:colour?fps=15")
     app.program.opener.open_additional("sim:?fps=15")
     for name in ("DeviceTemperature", "TriggerMode", "TriggerSource", "AcquisitionMode"):
-        app.program.favourites.add(name)
+        app.program.feature_controls.favourites.add(name)
     app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites.shownCards) == 7)
     app.until(lambda: window.favouritesArea.height() == window.favourites.height())
     window.resize(640, 360)

@@ -24,12 +24,16 @@ def app(make_app):
     action = app.window.actionLookUpTable
     app.until(action.isEnabled)
     action.trigger()
-    app.until(lambda: app.program.lut.dialog is not None)
+    app.until(lambda: app.program.feature_controls.lut.dialog is not None)
     return app
 
 
 def test_a_gamma_is_written_to_the_camera_and_taken_back(app):
-    lut, dialog, camera = app.program.lut, app.program.lut.dialog, app.grabber
+    lut, dialog, camera = (
+        app.program.feature_controls.lut,
+        app.program.feature_controls.lut.dialog,
+        app.grabber,
+    )
     linear = read_table(camera)
     assert not dialog.writeButton.isEnabled() and not dialog.undoButton.isEnabled()
     assert not dialog.selectorBox.isVisible(), "one table needs no choice"
@@ -48,7 +52,7 @@ def test_a_gamma_is_written_to_the_camera_and_taken_back(app):
 
 
 def test_the_gamma_of_the_cameras_table_is_shown(app, tmp_path, monkeypatch):
-    lut, box = app.program.lut, app.program.lut.dialog.gammaBox
+    lut, box = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog.gammaBox
     assert box.value() == 1.0
     write_table(app.grabber, gamma_table(shape_of(app.grabber), 0.45))
     lut.dialog.close()
@@ -65,7 +69,7 @@ def test_the_gamma_of_the_cameras_table_is_shown(app, tmp_path, monkeypatch):
 def test_a_file_that_is_no_table_is_refused_where_it_was_asked_for(app, tmp_path, monkeypatch):
     path = tmp_path / "lut.csv"
     path.write_text("0,1\n1,two\n")
-    dialog = app.program.lut.dialog
+    dialog = app.program.feature_controls.lut.dialog
     monkeypatch.setattr(app.program.files, "to_open", lambda *_: path)
     dialog.loadButton.click()
     assert "two" in dialog.stateLabel.text() and str(path) in dialog.stateLabel.text()
@@ -74,7 +78,7 @@ def test_a_file_that_is_no_table_is_refused_where_it_was_asked_for(app, tmp_path
 
 
 def test_a_gamma_below_the_least_is_the_least(app):
-    box, lut = app.program.lut.dialog.gammaBox, app.program.lut
+    box, lut = app.program.feature_controls.lut.dialog.gammaBox, app.program.feature_controls.lut
     box.selectAll()
     app.qtbot.keyClicks(box, "0.02")
     app.qtbot.keyClick(box, Qt.Key_Return)
@@ -83,13 +87,18 @@ def test_a_gamma_below_the_least_is_the_least(app):
 
 
 def choose(app, word):
-    box = app.program.lut.dialog.question
+    box = app.program.feature_controls.lut.dialog.question
     app.qtbot.mouseClick(next(each for each in box.buttons() if word in each.text()), Qt.LeftButton)
-    app.until(lambda: app.program.lut.dialog is None or app.program.lut.dialog.question is None)
+    app.until(
+        lambda: (
+            app.program.feature_controls.lut.dialog is None
+            or app.program.feature_controls.lut.dialog.question is None
+        )
+    )
 
 
 def test_edits_are_not_lost_without_a_question(app):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     dialog.gammaBox.setValue(0.5)
     app.qtbot.keyClick(dialog, Qt.Key_Escape)
     choose(app, "Cancel")
@@ -100,7 +109,7 @@ def test_edits_are_not_lost_without_a_question(app):
 
 
 def test_edits_in_a_file_can_be_left(app, tmp_path, monkeypatch):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     monkeypatch.setattr(app.program.files, "to_save", lambda *_: tmp_path / "lut.csv")
     dialog.gammaBox.setValue(0.5)
     dialog.saveButton.click()
@@ -109,7 +118,7 @@ def test_edits_in_a_file_can_be_left(app, tmp_path, monkeypatch):
 
 
 def test_another_table_is_not_read_over_edits_without_a_question(app, finish):
-    dialog = app.program.lut.dialog
+    dialog = app.program.feature_controls.lut.dialog
     asked = []
     dialog.selectorChosen.connect(asked.append)
     dialog.setSelectors(("Luminance", "Green"))
@@ -123,7 +132,7 @@ def test_another_table_is_not_read_over_edits_without_a_question(app, finish):
 
 
 def test_edits_whose_write_failed_are_not_lost(app, monkeypatch):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     dialog.gammaBox.setValue(0.5)
     monkeypatch.setattr("grabbergui.ui.controllers.lut.write_table", refuse)
     dialog.writeButton.click()
@@ -138,7 +147,7 @@ def refuse(*_, **__):
 
 
 def test_axes_and_curves_are_named(app):
-    dialog = app.program.lut.dialog
+    dialog = app.program.feature_controls.lut.dialog
     assert dialog.plot.getAxis("bottom").labelString().count("Input (LUTIndex)") == 1
     assert dialog.plot.getAxis("left").labelString().count("Output (LUTValue)") == 1
     assert "x1" not in dialog.plot.getAxis("left").labelString(), "values are not scaled by a power of ten"
@@ -146,7 +155,7 @@ def test_axes_and_curves_are_named(app):
 
 
 def test_its_use_is_switched_as_a_step_to_undo(app):
-    dialog, camera = app.program.lut.dialog, app.grabber
+    dialog, camera = app.program.feature_controls.lut.dialog, app.grabber
     dialog.enableBox.click()
     app.until(lambda: camera.feature("LUTEnable").value is True)
     app.until(app.window.actionUndo.isEnabled)
@@ -155,7 +164,7 @@ def test_its_use_is_switched_as_a_step_to_undo(app):
 
 
 def test_a_table_is_saved_and_loaded(app, tmp_path, monkeypatch):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     path = tmp_path / "lut.csv"
     monkeypatch.setattr(app.program.files, "to_save", lambda *_: path)
     monkeypatch.setattr(app.program.files, "to_open", lambda *_: path)
@@ -176,12 +185,12 @@ def test_a_table_is_saved_and_loaded(app, tmp_path, monkeypatch):
 def test_a_table_that_cannot_be_saved_is_reported_in_the_words_of_every_file(app, tmp_path, monkeypatch):
     path = tmp_path / "no" / "lut.csv"
     monkeypatch.setattr(app.program.files, "to_save", lambda *_: path)
-    app.program.lut.dialog.saveButton.click()
+    app.program.feature_controls.lut.dialog.saveButton.click()
     app.until(lambda: f"{path} could not be written: No such file or directory" in app.errors)
 
 
 def test_a_window_that_is_closed_while_the_camera_is_written_stays_closed(app):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     dialog.gammaBox.setValue(0.5)
     dialog.writeButton.click()
     dialog.close()
@@ -190,31 +199,33 @@ def test_a_window_that_is_closed_while_the_camera_is_written_stays_closed(app):
 
 
 def test_what_is_edited_survives_the_menus_entry(app):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     dialog.gammaBox.setValue(0.5)
     curve = lut.edited
     reads = []
-    app.program.work.run = lambda title, *_, **__: reads.append(title)
+    app.program.feature_controls.work.run = lambda title, *_, **__: reads.append(title)
     app.window.actionLookUpTable.trigger()
     assert lut.dialog is dialog and lut.edited is curve and not reads
 
 
 def test_the_window_closes_with_its_camera(app):
     app.connect("sim:colour?width=160&height=120")
-    app.until(lambda: app.program.lut.dialog is None)
+    app.until(lambda: app.program.feature_controls.lut.dialog is None)
 
 
 @pytest.fixture
 def finish(app, monkeypatch):
     """Collect the work that the dialog asks for; `finish(table)` ends the oldest with the camera's table."""
     asked = []
-    monkeypatch.setattr(app.program.work, "run", lambda _, __, done, **___: asked.append(done))
-    present = app.program.lut._present
+    monkeypatch.setattr(
+        app.program.feature_controls.work, "run", lambda _, __, done, **___: asked.append(done)
+    )
+    present = app.program.feature_controls.lut._present
     return lambda table, **changes: asked.pop(0)(replace(present, table=table, **changes))
 
 
 def test_edits_made_while_the_camera_is_written_stay(app, finish):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     dialog.gammaBox.setValue(0.5)
     written = lut.edited
     dialog.writeButton.click()
@@ -226,7 +237,7 @@ def test_edits_made_while_the_camera_is_written_stay(app, finish):
 
 
 def test_the_undo_of_one_table_is_not_offered_for_another(app, finish):
-    lut, dialog = app.program.lut, app.program.lut.dialog
+    lut, dialog = app.program.feature_controls.lut, app.program.feature_controls.lut.dialog
     dialog.gammaBox.setValue(0.5)
     dialog.writeButton.click()
     dialog.selectorChosen.emit("Green")
@@ -236,7 +247,7 @@ def test_the_undo_of_one_table_is_not_offered_for_another(app, finish):
 
 
 def test_a_second_request_for_the_window_does_not_discard_what_was_edited(app, finish):
-    lut, action = app.program.lut, app.window.actionLookUpTable
+    lut, action = app.program.feature_controls.lut, app.window.actionLookUpTable
     lut.dialog.close()
     action.trigger()
     action.trigger()

@@ -243,7 +243,7 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
     grabber = HeldElsewhere([gain, reset])
     link, window = app.program.opener, app.window
     link.create = lambda uri: grabber
-    app.program.sources.connect_to("fake:")
+    app.program.source_controls.sources.connect_to("fake:")
     app.until(lambda: app.errors)
     assert "read only: another application at 10.0.0.5" in app.errors[0]
     rows = window.favourites.rows
@@ -274,10 +274,10 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(app):
 
 
 def agree(app, button="Take control"):
-    app.until(lambda: app.program.sources.question is not None)
-    buttons = app.program.sources.question.buttons()
+    app.until(lambda: app.program.source_controls.sources.question is not None)
+    buttons = app.program.source_controls.sources.question.buttons()
     next(each for each in buttons if each.text() == button).click()
-    app.until(lambda: app.program.sources.question is None)
+    app.until(lambda: app.program.source_controls.sources.question is None)
 
 
 def test_take_control_asks_first_and_names_program_and_recording(app, tmp_path):
@@ -285,15 +285,15 @@ def test_take_control_asks_first_and_names_program_and_recording(app, tmp_path):
     grabber, link = HeldElsewhere([]), app.program.opener
     grabber.holder = f"127.0.0.1 (recorder, PID {os.getpid()})"
     link.create = lambda uri: grabber
-    app.program.sources.connect_to("fake:")
+    app.program.source_controls.sources.connect_to("fake:")
     app.until(lambda: app.window.messages.findChildren(QAbstractButton, "offerButton"))
     before = link.open_sources.current
     with (tmp_path / "day 1.mcap").open("wb"):
         app.qtbot.mouseClick(
             app.window.messages.findChildren(QAbstractButton, "offerButton")[-1], Qt.LeftButton
         )
-        app.until(lambda: app.program.sources.question is not None)
-    question = app.program.sources.question
+        app.until(lambda: app.program.source_controls.sources.question is not None)
+    question = app.program.source_controls.sources.question
     assert f"from recorder, PID {os.getpid()}?" in question.text()
     assert question.informativeText() == "It is recording day 1.mcap; the recording ends."
     agree(app, "Leave it there")
@@ -305,7 +305,7 @@ def test_take_control_answers_every_time(app):
                    maximum=24.0)  # fmt: skip
     grabber, link = HeldElsewhere([gain]), app.program.opener
     link.create = lambda uri: grabber
-    app.program.sources.connect_to("fake:")
+    app.program.source_controls.sources.connect_to("fake:")
 
     def offered():
         buttons = app.window.messages.findChildren(QAbstractButton, "offerButton")
@@ -341,7 +341,7 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(ap
 
 def test_a_camera_is_opened_with_a_description_from_a_file(app, monkeypatch, tmp_path):
     file, opened = tmp_path / "model.xml", []
-    sources = app.program.sources
+    sources = app.program.source_controls.sources
     monkeypatch.setattr(app.program.files, "to_open", lambda title, kinds: file, raising=False)
     monkeypatch.setattr(sources, "connect_to", opened.append)
     app.window.sources.descriptionRequested.emit("gige:40012345?resend=0")
@@ -394,7 +394,7 @@ def test_a_connection_that_takes_too_long_can_be_given_up(app):
     app.connect()
     shown, create, slow = link.open_sources.current, link.create, Unreachable()
     link.create = lambda uri: slow if uri.scheme == "gige" else create(uri)
-    app.program.sources.connect_to("gige:10.0.0.9")
+    app.program.source_controls.sources.connect_to("gige:10.0.0.9")
     app.until(lambda: window.image.tasks.rows)
     app.qtbot.mouseClick(window.image.tasks.rows[0].cancelButton, Qt.LeftButton)
     app.until(lambda: not window.image.tasks.rows)

@@ -134,7 +134,7 @@ def test_ctrl_q_ends_the_program_from_a_window_beside_the_main_window(app):
     closed = []
     app.window.closing.connect(lambda: closed.append(True))
     app.window.actionShowPoints.trigger()
-    app.qtbot.keyClick(app.program.points.dialog, Qt.Key_Q, Qt.ControlModifier)
+    app.qtbot.keyClick(app.program.image_controls.points.dialog, Qt.Key_Q, Qt.ControlModifier)
     app.until(lambda: closed)
 
 

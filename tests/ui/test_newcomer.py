@@ -106,7 +106,9 @@ class Newcomer:
 @pytest.fixture
 def newcomer(app, monkeypatch):
     # Other tests simulate cameras on this machine's network at the same time.
-    monkeypatch.setattr(app.program.source_list, "_discover", lambda seconds: discover_kind("sim", seconds))
+    monkeypatch.setattr(
+        app.program.source_controls.source_list, "_discover", lambda seconds: discover_kind("sim", seconds)
+    )
     app.program.begin(*first_sources(None, app.preferences))
     app.until(lambda: app.program.open_sources.state is LinkState.STREAMING)
     app.watch()
@@ -138,9 +140,9 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
 
 def test_the_hint_about_real_cameras_goes_once_one_is_listed(newcomer):
     newcomer.until(lambda: newcomer.reads("a real camera appears here"))
-    newcomer.app.program.source_list.add("gige:192.0.2.7")
+    newcomer.app.program.source_controls.source_list.add("gige:192.0.2.7")
     newcomer.until(lambda: not newcomer.reads("a real camera appears here"))
-    newcomer.app.program.source_list.remove("gige:192.0.2.7")
+    newcomer.app.program.source_controls.source_list.remove("gige:192.0.2.7")
     newcomer.until(lambda: newcomer.reads("a real camera appears here"))
 
 

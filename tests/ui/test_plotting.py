@@ -56,7 +56,7 @@ def test_a_feature_is_plotted_from_its_menu_and_follows_the_camera(app):
     app.qtbot.mouseClick(row.removeButton, Qt.LeftButton)
     assert app.window.values.row("Gain") is None
     assert app.window.values.hintLabel.isVisible()
-    assert app.program.values.names == ()
+    assert app.program.feature_controls.values.names == ()
 
 
 def test_value_range_and_axis_have_the_unit_that_the_value_needs(app):
@@ -74,7 +74,7 @@ def test_pausing_hiding_and_clearing(app):
     app.until(lambda: len(curve(app, "Gain")) >= 2 and len(curve(app, "ExposureTime")) >= 2)
     panel = app.window.values
     app.qtbot.mouseClick(panel.pauseButton, Qt.LeftButton)
-    assert not app.program.values._watch._wanted
+    assert not app.program.feature_controls.values._watch._wanted
     app.watch(5)
     kept = len(curve(app, "Gain"))
     app.watch(10)
@@ -85,18 +85,18 @@ def test_pausing_hiding_and_clearing(app):
     assert len(curve(app, "Gain")) == 0
     app.until(lambda: len(curve(app, "Gain")) >= 1)
     app.window.valuesDock.hide()
-    app.until(lambda: not app.program.values._watch._wanted)
+    app.until(lambda: not app.program.feature_controls.values._watch._wanted)
 
 
 def test_values_are_saved_as_a_table(app, tmp_path):
     choose(app, "Gain", "Plot over time")
     app.until(lambda: len(curve(app, "Gain")) >= 3)
     path = tmp_path / "values.csv"
-    app.program.values.save(path)
+    app.program.feature_controls.values.save(path)
     rows = list(csv.reader(path.read_text().splitlines()))
     assert rows[0] == ["time", "Gain"] and len(rows) >= 4
     assert rows[1][0].endswith("+00:00") and rows[1][1] == "0.0"
-    app.program.values.save(tmp_path / "no" / "folder.csv")
+    app.program.feature_controls.values.save(tmp_path / "no" / "folder.csv")
     app.until(lambda: any("could not be written" in text for text in app.errors))
 
 
@@ -146,8 +146,8 @@ def test_too_many_curves_are_refused_in_words(app):
     source = app.program.open_sources.current
     numbers = [d for d in source.features.root.descriptions() if d.kind.value in ("integer", "float")]
     for description in numbers[: MOST_WATCHED + 1]:
-        app.program.values.plot(description)
-    assert len(app.program.values.names) == MOST_WATCHED
+        app.program.feature_controls.values.plot(description)
+    assert len(app.program.feature_controls.values.names) == MOST_WATCHED
     assert "no more than 12" in app.errors[0]
 
 
@@ -162,9 +162,9 @@ def test_what_is_no_number_cannot_be_plotted(app):
     menu = menu_of(app, label_of(app, "Gain"))
     assert "Plot over time" in [a.text().replace("&", "") for a in menu.actions()]
     menu.close()
-    app.until(lambda: app.program.feature_menu.menu is None)
-    app.program.feature_menu._on_menu_requested("PixelFormat", QPoint())
-    menu = app.program.feature_menu.menu
+    app.until(lambda: app.program.feature_controls.feature_menu.menu is None)
+    app.program.feature_controls.feature_menu._on_menu_requested("PixelFormat", QPoint())
+    menu = app.program.feature_controls.feature_menu.menu
     assert "Plot over time" not in [a.text().replace("&", "") for a in menu.actions()]
     menu.close()
 

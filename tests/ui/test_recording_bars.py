@@ -135,7 +135,7 @@ def test_the_bar_goes_with_the_recording(player):
     player.connect("sim:")
     player.watch()
     player.until(lambda: not bar_of(player).isVisible())
-    player.until(lambda: len(player.program.history.frames) > 2)
+    player.until(lambda: len(player.program.image_controls.history.frames) > 2)
     player.qtbot.keyClick(player.window, Qt.Key_P)
     assert player.window.image.pauseBar.isVisible()
 
@@ -161,7 +161,7 @@ def test_a_recording_ends_at_its_limit(app, limit, amount, check):
     app.qtbot.keyClicks(bar.amountBox, str(amount))
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     app.until(bar.playButton.isVisible)  # a short recording may begin and end between two looks at its button
-    progress = app.program.recordings.of(app.program.open_sources.current).progress
+    progress = app.program.source_controls.recordings.of(app.program.open_sources.current).progress
     assert check(progress), progress
     assert not bar.recordButton.isChecked()
 

@@ -29,7 +29,11 @@ def app(make_app):
 def press_record(app):
     """Once the button shows what is so: what it does depends on that."""
     button, source = app.window.recordingBar.recordButton, app.program.open_sources.current
-    app.until(lambda: button.isEnabled() and button.isChecked() == app.program.recordings.runs(source))
+    app.until(
+        lambda: (
+            button.isEnabled() and button.isChecked() == app.program.source_controls.recordings.runs(source)
+        )
+    )
     app.qtbot.mouseClick(button, Qt.LeftButton)
 
 
@@ -42,16 +46,16 @@ def open_beside(app, uri=COLOUR):
 
 
 def written(app, source):
-    recording = app.program.recordings.of(source)
+    recording = app.program.source_controls.recordings.of(source)
     return recording.progress.frames if recording is not None else 0
 
 
 def answer(app, text):
-    app.until(lambda: app.program.recording.question is not None)
-    box = app.program.recording.question
+    app.until(lambda: app.program.source_controls.recording.question is not None)
+    box = app.program.source_controls.recording.question
     button = next(b for b in box.buttons() if b.text() == text)
     app.qtbot.mouseClick(button, Qt.LeftButton)
-    app.until(lambda: app.program.recording.question is None)
+    app.until(lambda: app.program.source_controls.recording.question is None)
 
 
 def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(app, tmp_path):
@@ -63,16 +67,16 @@ def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(app, tmp_pa
     assert app.window.recordingBar.progressLabel.text() == ""
     press_record(app)
     app.until(lambda: written(app, second) > 2)
-    assert set(app.program.recordings.running) == {first, second}
+    assert set(app.program.source_controls.recordings.running) == {first, second}
     tiles = app.window.gallery.tiles
     app.until(lambda: all(tile.recordingLabel.isVisible() for tile in tiles))
     app.until(lambda: app.window.windowTitle().startswith("● Recording — "))
     press_record(app)
-    app.until(lambda: app.program.recordings.running == (first,))
+    app.until(lambda: app.program.source_controls.recordings.running == (first,))
     app.until(lambda: not tiles[1].recordingLabel.isVisible())
     app.until(lambda: "Recording" not in app.window.windowTitle())
-    app.program.recordings.stop(first)
-    app.until(lambda: not app.program.recordings.running)
+    app.program.source_controls.recordings.stop(first)
+    app.until(lambda: not app.program.source_controls.recordings.running)
     folders = sorted(path.name for path in (tmp_path / "snapshots").iterdir())
     assert len(folders) == 2
     for folder, source in zip(folders, (first, second), strict=True):
@@ -105,17 +109,17 @@ def test_closing_a_camera_that_is_recorded_asks(app, close):
     }[close]
     ask()
     answer(app, "Continue recording")
-    assert first in app.program.open_sources.all and app.program.recordings.runs(first)
+    assert first in app.program.open_sources.all and app.program.source_controls.recordings.runs(first)
     ask()
     answer(app, "Stop recording and close")
     app.until(lambda: first not in app.program.open_sources.all)
-    app.until(lambda: not app.program.recordings.running)
+    app.until(lambda: not app.program.source_controls.recordings.running)
     app.until(lambda: any("recorded" in text and " to " in text for text in app.errors))
 
 
 def test_a_camera_that_is_not_recorded_closes_at_once(app):
     app.window.actionDisconnect.trigger()
-    assert app.program.recording.question is None and app.program.open_sources.current is None
+    assert app.program.source_controls.recording.question is None and app.program.open_sources.current is None
 
 
 def test_closing_the_window_asks_while_something_is_recorded(app):
@@ -124,12 +128,12 @@ def test_closing_the_window_asks_while_something_is_recorded(app):
     app.until(lambda: written(app, first) > 2)
     app.window.actionQuit.trigger()
     answer(app, "Continue recording")
-    assert app.window.isVisible() and app.program.recordings.runs(first)
+    assert app.window.isVisible() and app.program.source_controls.recordings.runs(first)
     app.window.actionQuit.trigger()
-    assert isinstance(app.program.recording.question, QMessageBox)
+    assert isinstance(app.program.source_controls.recording.question, QMessageBox)
     answer(app, "Stop recording and close")
     app.until(lambda: not app.window.isVisible())
-    app.until(lambda: not app.program.recordings.running)
+    app.until(lambda: not app.program.source_controls.recordings.running)
 
 
 def test_record_is_grey_where_there_is_nothing_to_record(make_app):
@@ -168,7 +172,7 @@ def test_a_full_disk_is_reported_with_what_was_saved_where(app, monkeypatch):
     source = app.program.open_sources.current
     press_record(app)
     app.until(lambda: any("is full" in text for text in app.errors))
-    path = app.program.recordings.of(source).path
+    path = app.program.source_controls.recordings.of(source).path
     (said,) = [text for text in app.errors if "is full" in text]
     assert said.endswith(f"the disk of {path} is full (3 MiB left); 3 frames recorded by then are kept")
     app.until(app.window.recordingBar.playButton.isVisible)

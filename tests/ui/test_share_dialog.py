@@ -39,23 +39,25 @@ def shared(app):
     """A camera that the program serves already, to a viewer; the server."""
     server = Scripted("/viewer")
     app.connect(URI)
-    app.program.sharing.adopt(Served(URI, Network.ROS2, ShareOptions("/camera", domain=7), server))
-    app.until(lambda: app.program.sharing.all_readers)
+    app.program.source_controls.sharing.adopt(
+        Served(URI, Network.ROS2, ShareOptions("/camera", domain=7), server)
+    )
+    app.until(lambda: app.program.source_controls.sharing.all_readers)
     yield server
     server.readers = []
-    app.until(lambda: not app.program.sharing.all_readers)
+    app.until(lambda: not app.program.source_controls.sharing.all_readers)
 
 
 def dialog(app):
     app.window.actionShare.trigger()
-    return app.program.sharer.dialog
+    return app.program.source_controls.sharer.dialog
 
 
 def answer(app, text):
-    app.until(lambda: app.program.sharer.question is not None)
-    question = app.program.sharer.question
+    app.until(lambda: app.program.source_controls.sharer.question is not None)
+    question = app.program.source_controls.sharer.question
     next(button for button in question.findChildren(QPushButton) if button.text() == text).click()
-    app.until(lambda: app.program.sharer.question is None)
+    app.until(lambda: app.program.source_controls.sharer.question is None)
 
 
 def test_share_is_grey_while_nothing_is_open(app):
@@ -79,11 +81,11 @@ def test_a_camera_is_shared_with_a_name_server_of_the_window(app):
     box.remedyButton.click()
     app.until(lambda: box.stateLabel.text().startswith("/share/ui at tcp://127.0.0.1:"))
     assert box.problemLabel.isHidden() and not box.nameEdit.isEnabled()
-    app.until(lambda: app.program.share_chip.text() == "Shared (0)")
+    app.until(lambda: app.program.source_controls.share_chip.text() == "Shared (0)")
     box.shareButton.click()
     app.until(lambda: box.shareButton.text() == "Share")
-    assert app.program.share_chip.text() == ""
-    app.program.sharer.dialog.reject()
+    assert app.program.source_controls.share_chip.text() == ""
+    app.program.source_controls.sharer.dialog.reject()
     assert dialog(app).yarpBox.nameEdit.text() == "/share/ui"
 
 
@@ -99,8 +101,8 @@ def test_the_dialog_shows_who_takes_what(app, shared):
         "",
         "/camera/image_raw",
     ]
-    assert app.program.share_chip.text() == "Shared (1)"
-    assert "/viewer" in app.program.share_chip.toolTip()
+    assert app.program.source_controls.share_chip.text() == "Shared (1)"
+    assert "/viewer" in app.program.source_controls.share_chip.toolTip()
 
 
 def test_stopping_asks_while_others_read(app, shared):
@@ -130,14 +132,14 @@ def test_closing_asks_while_others_read(app, shared, close):
 
 def test_a_window_on_a_remote_camera_says_so(app, make_app, tmp_path):
     app.connect(URI)
-    sharing = app.program.sharing
+    sharing = app.program.source_controls.sharing
     with NameServer(port=0) as server:
         address = f"127.0.0.1:{server.port_number}"
         sharing.share(app.program.open_sources.current, Network.YARP, ShareOptions("/far", address))
         app.until(lambda: sharing.of(app.program.open_sources.current)[0].state is ShareState.ON)
         far = make_app()
         far.connect(f"yarp:/far?nameserver={address}")
-        chip = far.program.share_chip
+        chip = far.program.source_controls.share_chip
         far.until(lambda: chip.text().startswith("YARP /far · "))
         assert chip.text().endswith(" s old")
         assert "A remote camera: /far from 127.0.0.1 over YARP." in chip.toolTip()

@@ -30,7 +30,7 @@ def shown(app):
 
 def load(app, path, calibration):
     camera_info.save(calibration, path)
-    app.program.calibration.load(path)
+    app.program.image_controls.calibration.load(path)
 
 
 def test_a_calibration_is_loaded_shown_and_put_away(app, tmp_path):
@@ -53,7 +53,7 @@ def test_a_calibration_of_another_crop_is_refused_with_a_message(app, tmp_path):
     app.until(lambda: any("another crop" in text for text in app.errors))
     assert not app.window.actionShowCalibration.isChecked() and shown(app) is None
     (tmp_path / "odd.yaml").write_text("nonsense")
-    app.program.calibration.load(tmp_path / "odd.yaml")
+    app.program.image_controls.calibration.load(tmp_path / "odd.yaml")
     assert any("odd.yaml" in text for text in app.errors)
 
 

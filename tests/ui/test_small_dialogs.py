@@ -26,7 +26,7 @@ def test_the_data_of_the_shown_frame_is_followed_until_the_image_is_paused(make_
     app.connect("sim:?width=64&height=48&fps=30")
     app.watch()
     app.window.actionFrameData.trigger()
-    dialog = app.program.frame_data.dialog
+    dialog = app.program.image_controls.frame_data.dialog
     first = shown(dialog)
     assert first["Size"] == "64 × 48" and dialog.hintLabel.isVisible()
     app.until(lambda: shown(dialog)["Frame id"] != first["Frame id"])
@@ -40,7 +40,7 @@ def test_the_data_of_the_shown_frame_is_followed_until_the_image_is_paused(make_
     dialog.copyButton.click()
     assert f"Frame id\t{paused}" in QApplication.clipboard().text()
     dialog.closeButton.click()
-    assert app.program.frame_data.dialog is None
+    assert app.program.image_controls.frame_data.dialog is None
 
 
 def test_chunk_data_is_shown(make_app):
@@ -49,7 +49,7 @@ def test_chunk_data_is_shown(make_app):
     for name, value in (("ChunkModeActive", True), ("ChunkSelector", "Gain"), ("ChunkEnable", True)):
         app.grabber.write_feature(name, value)
     app.window.actionFrameData.trigger()
-    dialog = app.program.frame_data.dialog
+    dialog = app.program.image_controls.frame_data.dialog
     app.until(lambda: "ChunkGain" in shown(dialog))
     assert dialog.hintLabel.isHidden()
 
@@ -60,8 +60,8 @@ def dialog(make_app, monkeypatch):
     app.forced = []
     monkeypatch.setattr(address_commands, "force_ip", app.forced.append)
     app.window.sources.addressRequested.emit(CAMERA)
-    yield app, app.program.address.dialog
-    assert app.program.address.model.wait(PATIENCE)
+    yield app, app.program.source_controls.address.dialog
+    assert app.program.source_controls.address.model.wait(PATIENCE)
 
 
 def test_a_camera_in_another_subnet_is_given_an_address_with_the_reason_before_it(dialog):
@@ -74,7 +74,7 @@ def test_a_camera_in_another_subnet_is_given_an_address_with_the_reason_before_i
     app.until(lambda: "192.168.5.7 until it is switched off" in shown.resultLabel.text())
     assert [command.mac for command in app.forced] == [CAMERA.hardware_id]
     shown.closeButton.click()
-    assert app.program.address.dialog is None
+    assert app.program.source_controls.address.dialog is None
 
 
 def test_what_is_no_address_is_said_and_nothing_is_sent(dialog):
@@ -90,14 +90,14 @@ def test_a_camera_that_is_reachable_has_its_address_as_the_reason(dialog):
     app, shown = dialog
     shown.closeButton.click()
     app.window.sources.addressRequested.emit(replace(CAMERA, note=""))
-    assert app.program.address.dialog.reasonLabel.text() == "Its address is 10.0.0.7."
+    assert app.program.source_controls.address.dialog.reasonLabel.text() == "Its address is 10.0.0.7."
 
 
 def test_snapshots_are_of_the_chosen_kind(make_app):
     app = make_app()
     app.connect("sim:?width=64&height=48&fps=30")
     app.watch()
-    app.program.snapshot_kind.actions[SnapshotKind.RAW].trigger()
+    app.program.image_controls.snapshot_kind.actions[SnapshotKind.RAW].trigger()
     app.window.actionSnapshot.trigger()
     folder = app.preferences.snapshot_folder
     app.until(lambda: {path.suffix for path in folder.glob("*")} == {".raw", ".json"})
@@ -106,11 +106,11 @@ def test_snapshots_are_of_the_chosen_kind(make_app):
 def test_the_last_frames_are_saved_in_a_folder_of_their_own(make_app):
     app = make_app()
     app.connect("sim:?width=64&height=48&fps=30")
-    app.until(lambda: len(app.program.history.frames) >= 5)
+    app.until(lambda: len(app.program.image_controls.history.frames) >= 5)
     app.window.actionPause.trigger()
     app.until(app.window.image.pauseBar.isVisible)
-    count = len(app.program.history.frames)
+    count = len(app.program.image_controls.history.frames)
     app.window.actionSaveLastFrames.trigger()
-    assert app.program.snapshots.wait(PATIENCE)
+    assert app.program.image_controls.snapshots.wait(PATIENCE)
     (folder,) = app.preferences.snapshot_folder.iterdir()
     assert folder.is_dir() and len(list(folder.glob("*.png"))) == count

@@ -95,12 +95,12 @@ def test_a_loss_is_shown_while_its_camera_is_the_current_one(app):
 def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_an_image(app):
     """The other camera's last image is not this one's, nor are its figures."""
     app.program.opener.open_additional("sim:colour?width=320&height=240")
-    app.until(lambda: len(app.program.gallery.tiles) == 2)
+    app.until(lambda: len(app.program.source_controls.gallery.tiles) == 2)
     second = app.program.open_sources.all[1]
     app.until(lambda: second.state is LinkState.STREAMING)
     second.grabber.stop()
     second.grabber.connection_changed.emit(ConnectionState.LOST, "the camera does not answer")
-    small = app.program.gallery.tiles[1].image
+    small = app.program.source_controls.gallery.tiles[1].image
     assert small.detach(PATIENCE)
     small._frame = small.last_received = None
     app.program.open_sources.make_current(second)
@@ -159,7 +159,7 @@ def test_no_empty_state_is_shown_while_a_camera_is_opening(make_app):
     show = app.window.image.setNote
     app.window.image.setNote = lambda *note: (said.append(note[0]), show(*note))
     app.program.opener.connect_to(SMALL)
-    app.program.status_bar.refresh()
+    app.program.source_controls.status_bar.refresh()
     app.watch()
     assert not {text for text in said if text} - {f"Connecting to {SMALL} …"}
     app.until(lambda: not note.isVisible())

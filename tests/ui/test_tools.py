@@ -63,10 +63,10 @@ def screen(app):
 
 def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_frame(app):
     program, window = app.program, app.window
-    assert not program.measuring.wanted.anything
+    assert not program.image_controls.measuring.wanted.anything
     window.histogramDock.show()
     app.until(lambda: window.histogram.plot.values("grey") is not None)
-    assert program.measuring.wanted.histogram
+    assert program.image_controls.measuring.wanted.histogram
     total = window.histogram._histogram.channels["grey"].sum()
     assert total == app.grabber.feature("Width").value * app.grabber.feature("Height").value
     assert "Mean grey" in window.histogram.figuresLabel.text()
@@ -75,10 +75,15 @@ def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_fra
     assert window.histogram.plot.values("grey").max() == pytest.approx(np.log10(linear + 1), rel=0.2)
     window.focusDock.show()
     window.focusDock.raise_()
-    app.until(lambda: program.measuring.wanted.focus and not program.measuring.wanted.histogram)
+    app.until(
+        lambda: (
+            program.image_controls.measuring.wanted.focus
+            and not program.image_controls.measuring.wanted.histogram
+        )
+    )
     window.focusDock.close()
     window.histogramDock.close()
-    app.until(lambda: not program.measuring.wanted.anything)
+    app.until(lambda: not program.image_controls.measuring.wanted.anything)
 
 
 def test_a_colour_cameras_histogram_has_three_channels(make_app):
@@ -156,7 +161,7 @@ def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(make_app):
     assert plot.values("R").max() <= 255
     app.qtbot.mouseClick(window.profile.rawBox, Qt.LeftButton)
     app.until(lambda: plot.values("G") is not None and plot.values("G").max() > 255)
-    samples = app.program.measuring.wanted.line.samples
+    samples = app.program.image_controls.measuring.wanted.line.samples
     assert len(plot.values("G")) == pytest.approx(samples / 2, abs=1), "every other pixel is green"
 
 
@@ -181,19 +186,19 @@ def test_a_drawn_region_is_scored_for_focus(app):
     assert "into focus" in window.image.hintLabel.text()
     drag(app, (200, 200), (500, 400))
     assert not window.image.hintLabel.text()
-    region = app.program.measuring.wanted.focus_region
+    region = app.program.image_controls.measuring.wanted.focus_region
     assert abs(region.x - 200) < 6 and abs(region.y - 200) < 6
     assert abs(region.width - 300) < 8 and abs(region.height - 200) < 8
     assert window.image.canvas.marks._shapes.get(Mark.FOCUS) is not None
     app.until(lambda: "best" in window.focus.scoreLabel.text())
     app.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
-    assert app.program.measuring.wanted.focus_region is None
+    assert app.program.image_controls.measuring.wanted.focus_region is None
     app.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
     drag(app, (200, 200), (500, 400))
-    assert app.program.measuring.wanted.focus_region is not None
+    assert app.program.image_controls.measuring.wanted.focus_region is not None
     app.until(window.actionFullSensor.isEnabled)
     window.actionFullSensor.trigger()
-    app.until(lambda: app.program.measuring.wanted.focus_region is None)
+    app.until(lambda: app.program.image_controls.measuring.wanted.focus_region is None)
     assert window.image.canvas.marks._shapes.get(Mark.FOCUS) is None
 
 
@@ -206,7 +211,7 @@ def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(app):
     app.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
     drag(app, (100, 300), (700, 300))
     app.until(lambda: window.profile.plot.values("grey") is not None)
-    line = app.program.measuring.wanted.line
+    line = app.program.image_controls.measuring.wanted.line
     assert abs(line.x0 - 300) < 6 and abs(line.x1 - 300) < 6, "along a column of the frame"
     assert line.y0 - line.y1 == pytest.approx(600, abs=8), "from below to above"
     assert len(window.profile.plot.values("grey")) == line.samples
@@ -268,9 +273,9 @@ def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(a
 
 def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(app):
     window, image = app.window, app.program.image
-    app.until(lambda: len(app.program.history.frames) >= 5)
+    app.until(lambda: len(app.program.image_controls.history.frames) >= 5)
     window.actionPause.trigger()
-    count = len(app.program.history.frames)
+    count = len(app.program.image_controls.history.frames)
     newest = image.frame.frame_id
     app.until(lambda: "Paused" in window.status.stateLabel.text())
     assert (
@@ -281,9 +286,9 @@ def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(app):
     assert image.frame.frame_id == newest - 2
     assert f"{count - 2} of {count}" in window.image.pauseBar.placeLabel.text()
     window.image.pauseBar.slider.setValue(0)
-    app.until(lambda: image.frame is app.program.history.frames[0])
+    app.until(lambda: image.frame is app.program.image_controls.history.frames[0])
     app.watch(1)
-    assert image.frame is app.program.history.frames[0], "the live frames pass by"
+    assert image.frame is app.program.image_controls.history.frames[0], "the live frames pass by"
     app.qtbot.mouseClick(window.image.pauseBar.liveButton, Qt.LeftButton)
     app.until(lambda: image.frame.frame_id > newest)
     assert not window.image.pauseBar.isVisible() and not window.actionPause.isChecked()

@@ -144,11 +144,11 @@ def test_changes_are_copied_as_a_command_line_a_program_and_a_table(app, tmp_pat
     table.trigger()
     assert QApplication.clipboard().text().splitlines()[1].split("\t")[1:5] == ["Gain", "0", "6", "operator"]
     window.changes.table.clearSelection()
-    app.program.changes.save(tmp_path / "again.sh")
+    app.program.feature_controls.changes.save(tmp_path / "again.sh")
     assert (tmp_path / "again.sh").read_text() == f"#!/bin/sh -e\n{line}"
-    app.program.changes.save(tmp_path / "again.py")
+    app.program.feature_controls.changes.save(tmp_path / "again.py")
     compile((tmp_path / "again.py").read_text(), "again.py", "exec")
-    app.program.changes.save(tmp_path / "no" / "such" / "folder.py")
+    app.program.feature_controls.changes.save(tmp_path / "no" / "such" / "folder.py")
     app.until(lambda: any("could not be written" in text for text in app.errors))
 
 
@@ -168,7 +168,7 @@ def test_a_region_of_the_sensor_is_one_step(app):
     app.watch()
     names = ("Width", "Height", "OffsetX", "OffsetY")
     before = [value(app, name) for name in names]
-    app.program.region._on_region_drawn(Purpose.SENSOR_REGION, Region(100, 50, 64, 48))
+    app.program.image_controls.region._on_region_drawn(Purpose.SENSOR_REGION, Region(100, 50, 64, 48))
     app.until(lambda: app.window.actionUndo.text() == "&Undo Region of the sensor")
     assert (value(app, "Width"), value(app, "Height")) == (64, 48)
     app.window.actionUndo.trigger()

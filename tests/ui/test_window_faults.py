@@ -88,7 +88,7 @@ def taken(bench):
     bench.switch_on()
     other = sources.create(f"gige:{ADDRESS}")
     other.open()
-    bench.app.program.sources.connect_to(f"gige:{ADDRESS}")
+    bench.app.program.source_controls.sources.connect_to(f"gige:{ADDRESS}")
     yield "read only"
     other.close()
     bench.app.until(
@@ -155,7 +155,7 @@ def settings_broken(bench):
     """A file of settings cannot be read."""
     bench.app.connect(SIM)
     (bench.folder / "broken.yaml").write_bytes(b"\x00 no settings")
-    bench.app.program.settings_files.load(bench.folder / "broken.yaml")
+    bench.app.program.feature_controls.settings_files.load(bench.folder / "broken.yaml")
     yield "broken.yaml"
     yield ERROR_SECONDS
 
@@ -164,7 +164,7 @@ def opening(uri, said):
     """A source that is not there; then one that is."""
 
     def fault(bench):
-        bench.app.program.sources.connect_to(uri)
+        bench.app.program.source_controls.sources.connect_to(uri)
         yield said
         bench.app.connect(SIM)
         yield 0

@@ -14,20 +14,18 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QAction, QMenu, QWidget
+from PyQt5.QtWidgets import QAction, QMenu
 
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.fitting import FittedCalibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import Unavailable, why_unavailable
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge, busy
-from grabbergui.ui.views.bases import CalibrationActions, FileQuestions
+from grabbergui.ui.views.bases import CalibrationActions
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibration_dialogs import CalibratingController
@@ -46,19 +44,19 @@ class CalibrationOpener(QObject):
     saved = pyqtSignal(Path)
     """A calibration of the current source was written."""
 
-    def __init__(self, action: QAction, window: QWidget, open_sources: OpenSources) -> None:
-        super().__init__(window)
-        self._action, self._window, self._open_sources = action, window, open_sources
+    def __init__(self, action: QAction, context: SourceContext) -> None:
+        super().__init__(context.window)
+        self._action, self._window, self._open_sources = action, context.window, context.open_sources
         self._controller: CalibratingController | None = None
         self._source: OpenSource | None = None
         bridge = Bridge(self)
-        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
-        bridge.bind(open_sources.closing, self._on_source_closing)
+        bridge.bind(context.open_sources.state_changed, self._on_source_state_changed)
+        bridge.bind(context.open_sources.closing, self._on_source_closing)
         action.triggered.connect(self.open)
         for menu in action.associatedWidgets():
             if isinstance(menu, QMenu):
                 menu.aboutToShow.connect(self._import)
-        self._on_source_state_changed(open_sources.state, "")
+        self._on_source_state_changed(context.open_sources.state, "")
 
     @property
     def dialog(self) -> CalibrationDialog | None:
@@ -119,29 +117,21 @@ class CalibrationViewController(QObject):
     The display thread fits it to the binning, region and mirroring of each frame.
     """
 
-    def __init__(
-        self,
-        actions: CalibrationActions,
-        files: FileQuestions,
-        open_sources: OpenSources,
-        image: ImageModel,
-        messages: CurrentMessages,
-        parent: QObject,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, actions: CalibrationActions, context: SourceContext) -> None:
+        super().__init__(context.window)
         self._actions = actions
-        self._files = files
-        self._messages = messages
-        self._open_sources = open_sources
-        self._image = image
+        self._files = context.files
+        self._messages = context.messages
+        self._open_sources = context.open_sources
+        self._image = context.image
         self._known: WeakKeyDictionary[OpenSource, FittedCalibration] = WeakKeyDictionary()
         actions.actionLoadCalibration.triggered.connect(self._ask)
         actions.actionShowCalibration.toggled.connect(self._apply)
         bridge = Bridge(self)
-        bridge.bind(open_sources.opened, lambda _: self._on_source_changed())
-        bridge.bind(open_sources.closing, lambda _: self._on_source_changed())
-        bridge.bind(open_sources.ending, self._forget)
-        bridge.bind(image.not_undistorted, self._on_not_undistorted)
+        bridge.bind(context.open_sources.opened, lambda _: self._on_source_changed())
+        bridge.bind(context.open_sources.closing, lambda _: self._on_source_changed())
+        bridge.bind(context.open_sources.ending, self._forget)
+        bridge.bind(context.image.not_undistorted, self._on_not_undistorted)
         self._on_source_changed()
 
     def load(self, path: Path) -> None:

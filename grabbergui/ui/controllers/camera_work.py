@@ -13,10 +13,9 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings.feature_set import Progress
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.undo_steps import UndoStep
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
@@ -32,15 +31,15 @@ REPORT_PERIOD = 0.05
 class CameraWork(QObject):
     """Runs work on the current camera, one task after another, and shows its progress."""
 
-    def __init__(self, tasks: TaskStack, open_sources: OpenSources, messages: CurrentMessages) -> None:
+    def __init__(self, tasks: TaskStack, context: SourceContext) -> None:
         super().__init__(tasks)
-        self._messages = messages
+        self._messages = context.messages
         self._tasks = tasks
-        self._open_sources = open_sources
+        self._open_sources = context.open_sources
         self._bridge = Bridge(self)
         self._in_progress: dict[threading.Event, OpenSource] = {}
         # Not over the bridge: work in progress has to stop before the camera is closed.
-        open_sources.ending.connect(self._on_source_ending)
+        context.open_sources.ending.connect(self._on_source_ending)
 
     @property
     def source(self) -> OpenSource | None:

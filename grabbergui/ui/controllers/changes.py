@@ -12,14 +12,13 @@ from PyQt5.QtWidgets import QAction, QApplication
 from grabbergui.core.environment import write_whole
 from grabbergui.models.change_tracking import command_line, program, revert
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.models.undo_steps import Direction
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import FileQuestions, UndoActions
+from grabbergui.ui.views.bases import UndoActions
 from grabbergui.ui.views.changes_panel import ChangesPanel, CopyAs
 
 MOST_SHOWN = 60
@@ -34,21 +33,18 @@ class ChangesController(QObject):
         actions: UndoActions,
         panel: ChangesPanel,
         edited: Sequence[FeatureRows],
-        files: FileQuestions,
-        open_sources: OpenSources,
-        messages: CurrentMessages,
-        parent: QObject,
+        context: SourceContext,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._panel = panel
-        self._files = files
-        self._messages = messages
+        self._files = context.files
+        self._messages = context.messages
         self._source: OpenSource | None = None
         self._open = False
         self._actions = {Direction.UNDO: actions.actionUndo, Direction.REDO: actions.actionRedo}
         self._bridge = bridge = Bridge(self)
-        bridge.bind(open_sources.opened, self._on_source_opened)
-        bridge.bind(open_sources.closing, self._on_source_closing)
+        bridge.bind(context.open_sources.opened, self._on_source_opened)
+        bridge.bind(context.open_sources.closing, self._on_source_closing)
         self._journal_bridge: Bridge | None = None
         for direction, action in self._actions.items():
             action.triggered.connect(partial(self._revert, direction))

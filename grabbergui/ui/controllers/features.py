@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from PyQt5.QtCore import QObject, QPoint, Qt, pyqtSignal
-from PyQt5.QtWidgets import QApplication, QMenu, QWidget
+from PyQt5.QtWidgets import QApplication, QMenu
 
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
@@ -16,13 +16,12 @@ from grabbergui.core.shell_words import shell_word
 from grabbergui.models.features.pinned import MOST_PINNED, controlled_by, moved, placed, without
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.value_history import PLOTTABLE
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.gui_thread import Bridge, Pacer
-from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences, camera_model
+from grabbergui.ui.preferences import LAYOUT_VERSION, camera_model
 from grabbergui.ui.views.bases import Layout
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
@@ -175,20 +174,17 @@ class FavouritesController(QObject):
         self,
         layout: Layout,
         strip: FavouritesStrip,
-        open_sources: OpenSources,
+        context: SourceContext,
         features: FeatureController,
-        preferences: Preferences,
-        messages: CurrentMessages,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._layout = layout
-        self._messages = messages
+        self._messages = context.messages
         self._features = features
-        self._preferences = preferences
+        self._preferences = context.preferences
         self._model = ""
         "Model of the current camera; empty if there is none."
-        Bridge(self).bind(open_sources.closing, lambda _: self.keep_layout())
+        Bridge(self).bind(context.open_sources.closing, lambda _: self.keep_layout())
         strip.dropped.connect(self.place)
 
     def restore(self, info: DeviceInfo) -> None:
@@ -251,15 +247,14 @@ class FeatureMenuController(QObject):
 
     def __init__(
         self,
-        window: QWidget,
+        context: SourceContext,
         shown: Sequence[FeatureRows],
-        open_sources: OpenSources,
         favourites: FavouritesController,
     ) -> None:
-        super().__init__(window)
+        super().__init__(context.window)
         self._favourites = favourites
-        self._window = window
-        self._open_sources = open_sources
+        self._window = context.window
+        self._open_sources = context.open_sources
         self.menu: QMenu | None = None
         "The menu that is open, if any."
         for rows in shown:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from PyQt5.QtCore import QObject, QTimer
 from PyQt5.QtGui import QGuiApplication
-from PyQt5.QtWidgets import QAction, QWidget
+from PyQt5.QtWidgets import QAction
 
 from grabbergui.models.image.frame_data import frame_rows
-from grabbergui.models.image.live_image import ImageModel
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.views.frame_data_dialog import FrameDataDialog
 
 PERIOD_MS = 200
@@ -17,9 +17,9 @@ PERIOD_MS = 200
 class FrameDataController(QObject):
     """Shows the data of the newest frame, or of the one at which the image is paused."""
 
-    def __init__(self, action: QAction, window: QWidget, image: ImageModel) -> None:
-        super().__init__(window)
-        self._window, self._image = window, image
+    def __init__(self, action: QAction, context: SourceContext) -> None:
+        super().__init__(context.window)
+        self._window, self._image = context.window, context.image
         self.dialog: FrameDataDialog | None = None
         "While it is shown."
         self._timer = QTimer(self)

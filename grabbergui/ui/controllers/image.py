@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PyQt5.QtCore import QObject, QPointF, QTimer, pyqtSignal
-from PyQt5.QtWidgets import QAction, QWidget
+from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.point_cloud import range_image
@@ -15,21 +15,18 @@ from grabbergui.core.scan3d import may_change, read_scan3d
 from grabbergui.models.image.camera_watch import CameraWatch, is_polarised
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.display_settings import with_levels
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.image.pixel_text import beside_text, cursor_text, value_at_text, value_texts
 from grabbergui.models.image.points import PointCloudModel
 from grabbergui.models.image.quantities import Levels, PolarisedView
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.sources import GalleryModel
 from grabbergui.models.stream_control import StreamControl
 from grabbergui.models.unavailable import Unavailable, why_unavailable
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import (
     AcquisitionActions,
     ComponentActions,
@@ -53,25 +50,21 @@ class AcquisitionController(QObject):
         self,
         actions: AcquisitionActions,
         view: ReadoutImageView,
-        open_sources: OpenSources,
+        context: SourceContext,
         stream: StreamControl,
         gallery: GalleryModel,
-        image: ImageModel,
         snapshots: SnapshotWriter,
-        preferences: Preferences,
-        messages: CurrentMessages,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._actions = actions
         self._view = view
-        self._messages = messages
-        self._open_sources = open_sources
+        self._messages = context.messages
+        self._open_sources = context.open_sources
         self._stream = stream
         self._gallery = gallery
-        self._image = image
+        self._image = context.image
         self._snapshots = snapshots
-        self._preferences = preferences
+        self._preferences = context.preferences
         self._shown: OpenSource | None = None
         self._bind_models()
         self._bind_view()
@@ -208,16 +201,14 @@ class DisplayController(QObject):
         actions: DisplayActions,
         view: DrawableView,
         histogram: HistogramPanel,
-        open_sources: OpenSources,
-        image: ImageModel,
-        parent: QObject,
+        context: SourceContext,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._histogram = histogram
-        self._image = image
+        self._image = context.image
         self._canvas = view.canvas
         marks = view.canvas.marks
-        Bridge(self).bind(open_sources.opened, self._on_source_opened)
+        Bridge(self).bind(context.open_sources.opened, self._on_source_opened)
         actions.actionCrosshair.toggled.connect(marks.setCrosshair)
         actions.actionGrid.toggled.connect(marks.setGrid)
         actions.actionClipping.toggled.connect(self._on_clipping_toggled)
@@ -265,24 +256,22 @@ class ComponentController(QObject):
         actions: ComponentActions,
         view: ComponentView,
         histogram: HistogramPanel,
-        open_sources: OpenSources,
-        image: ImageModel,
-        parent: QObject,
+        context: SourceContext,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._actions = actions
         self._histogram = histogram
-        self._image = image
-        self._coordinates = CameraWatch(open_sources, read_scan3d, may_change)
-        self._polarisation = CameraWatch(open_sources, is_polarised)
+        self._image = context.image
+        self._coordinates = CameraWatch(context.open_sources, read_scan3d, may_change)
+        self._polarisation = CameraWatch(context.open_sources, is_polarised)
         view.componentChosen.connect(self._on_component_chosen)
         view.sideBySideToggled.connect(self._on_side_by_side_toggled)
         actions.polarisedViewChosen.connect(self._on_polarised_view_chosen)
         bridge = Bridge(self)
         actions.actionPolarised.toggled.connect(self._on_polarised_toggled)
-        bridge.bind(self._polarisation.changed, self._actions.setPolarised)
+        bridge.bind(self._polarisation.changed, actions.actionPolarised.setChecked)
         bridge.bind(self._coordinates.changed, self._on_coordinates_changed)
-        bridge.bind(open_sources.opened, self._on_source_opened)
+        bridge.bind(context.open_sources.opened, self._on_source_opened)
 
     def _on_component_chosen(self, label: str) -> None:
         # Levels and colours of one component mean nothing in another: each keeps its own.
@@ -321,10 +310,10 @@ class ComponentController(QObject):
 class PointCloudController(QObject):
     """Draws the points of the newest frame while their window is open. Never changes the camera."""
 
-    def __init__(self, action: QAction, window: QWidget, image: ImageModel, parent: QObject) -> None:
-        super().__init__(parent)
-        self._window = window
-        self.model = PointCloudModel(lambda: image.frame, lambda: image.settings.scan)
+    def __init__(self, action: QAction, context: SourceContext) -> None:
+        super().__init__(context.window)
+        self._window = context.window
+        self.model = PointCloudModel(lambda: context.image.frame, lambda: context.image.settings.scan)
         self.dialog: PointCloudDialog | None = None
         action.triggered.connect(self.show)
         bridge = Bridge(self)

@@ -7,10 +7,8 @@ from PyQt5.QtWidgets import QAction
 
 from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.language import counted
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.recording.snapshot import SnapshotWriter
-from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.controllers.source_context import SourceContext
 
 
 class LastFramesController(QObject):
@@ -19,16 +17,13 @@ class LastFramesController(QObject):
     def __init__(
         self,
         action: QAction,
-        open_sources: OpenSources,
+        context: SourceContext,
         history: FrameHistory,
         snapshots: SnapshotWriter,
-        preferences: Preferences,
-        messages: CurrentMessages,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
-        self._open_sources, self._history, self._snapshots = open_sources, history, snapshots
-        self._preferences, self._messages = preferences, messages
+        super().__init__(context.window)
+        self._open_sources, self._history, self._snapshots = context.open_sources, history, snapshots
+        self._preferences, self._messages = context.preferences, context.messages
         action.triggered.connect(self.save)
 
     def save(self) -> None:

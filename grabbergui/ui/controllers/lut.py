@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from PyQt5.QtCore import QObject
-from PyQt5.QtWidgets import QAction, QWidget
+from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
@@ -27,13 +27,11 @@ from grabbergui.core.lookup_table import (
 )
 from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings.feature_set import Progress
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.camera_work import CameraWork
-from grabbergui.ui.views.bases import FileQuestions
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.views.lut_dialog import LutDialog
 
 
@@ -51,20 +49,12 @@ class _Present:
 class LutController(QObject):
     """Edits a copy of a table, which the user writes to the camera. One write can be undone."""
 
-    def __init__(
-        self,
-        action: QAction,
-        window: QWidget,
-        files: FileQuestions,
-        open_sources: OpenSources,
-        work: CameraWork,
-        messages: CurrentMessages,
-    ) -> None:
-        super().__init__(window)
-        self._window = window
-        self._files = files
+    def __init__(self, action: QAction, context: SourceContext, work: CameraWork) -> None:
+        super().__init__(context.window)
+        self._window = context.window
+        self._files = context.files
         self._work = work
-        self._messages = messages
+        self._messages = context.messages
         self.dialog: LutDialog | None = None
         "While it is shown."
         self._present: _Present | None = None
@@ -73,7 +63,7 @@ class LutController(QObject):
         self._kept: Table | None = None
         "The edited table that was last saved in a file, or is being written."
         action.triggered.connect(self.show)
-        CameraAbility(self, open_sources, has_lut, Unavailable.TABLE, action).ended.connect(
+        CameraAbility(self, context.open_sources, has_lut, Unavailable.TABLE, action).ended.connect(
             self._on_camera_ended
         )
 

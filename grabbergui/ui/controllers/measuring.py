@@ -15,15 +15,13 @@ from grabbergui.core.features import FeatureDescription
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
 from grabbergui.models.features.value_history import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.language import localized
 from grabbergui.models.measuring import FocusHistory, Line, Measurement, MeasuringModel, Wanted
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import Dock, FileQuestions, ReadoutImageView, StatusView
+from grabbergui.ui.views.bases import Dock, ReadoutImageView, StatusView
 from grabbergui.ui.views.measuring_panels import MeasuringPanels, ValuesPanel
 from grabbergui.ui.widgets.drawing_tool import Purpose
 from grabbergui.ui.widgets.image_overlays import Mark
@@ -38,17 +36,15 @@ class MeasuringController(QObject):
         panels: MeasuringPanels,
         strip: StatusView,
         clipping: QAction,
-        open_sources: OpenSources,
-        image: ImageModel,
+        context: SourceContext,
         measuring: MeasuringModel,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._view = view
         self._panels = panels
         self._strip = strip
         self._clipping = clipping
-        self._image = image
+        self._image = context.image
         self._measuring = measuring
         self._history = FocusHistory()
         self._focus_region: Region | None = None
@@ -57,8 +53,8 @@ class MeasuringController(QObject):
         "Size of the frames on which region and line were drawn."
         bridge = Bridge(self)
         bridge.bind(measuring.measured, self._on_measured)
-        bridge.bind(open_sources.opened, lambda _: self._forget())
-        bridge.bind(open_sources.closing, lambda _: self._forget())
+        bridge.bind(context.open_sources.opened, lambda _: self._forget())
+        bridge.bind(context.open_sources.closing, lambda _: self._forget())
         # A dock behind another one counts as visible for Qt; its signal is reliable.
         self._seen_docks = dict.fromkeys((panels.histogramDock, panels.focusDock, panels.profileDock), False)
         for dock in self._seen_docks:
@@ -178,29 +174,21 @@ class MeasuringController(QObject):
 class ValuesController(QObject):
     """Reads the plotted features while the plots are visible, and nothing otherwise."""
 
-    def __init__(
-        self,
-        panel: ValuesPanel,
-        dock: Dock,
-        files: FileQuestions,
-        open_sources: OpenSources,
-        messages: CurrentMessages,
-        parent: QObject,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, panel: ValuesPanel, dock: Dock, context: SourceContext) -> None:
+        super().__init__(context.window)
         self._panel = panel
         self._dock = dock
-        self._files = files
-        self._messages = messages
-        self._open_sources = open_sources
+        self._files = context.files
+        self._messages = context.messages
+        self._open_sources = context.open_sources
         self._watch = ValueWatch()
         self._histories: dict[str, ValueHistory] = {}
         self._seen = False
         bridge = Bridge(self)
-        bridge.bind(open_sources.opened, self._on_source_opened)
+        bridge.bind(context.open_sources.opened, self._on_source_opened)
         bridge.bind(self._watch.sampled, self._on_sampled)
         # Not over the bridge: nothing more is to be asked of a grabber that is about to be closed.
-        open_sources.closing.connect(self._on_source_closing, check_nargs=False)
+        context.open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         dock.visibilityChanged.connect(self._on_dock_seen)
         self._panel.removed.connect(self.remove)
         self._panel.pauseToggled.connect(self._update)

@@ -12,20 +12,17 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.error_text import error_text
 from grabbergui.models.frame_history import FrameHistory
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.models.recording import Recordings
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import why_unavailable
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.shown_text import question_box
-from grabbergui.ui.views.bases import FileQuestions, PauseActions
+from grabbergui.ui.views.bases import PauseActions
 from grabbergui.ui.views.recording_bars import PauseBar, PlaybackBar, RecordingBar
 
 Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
@@ -42,22 +39,20 @@ class RecordingController(QObject):
         self,
         action: QAction,
         bar: RecordingBar,
-        open_sources: OpenSources,
+        context: SourceContext,
         recordings: Recordings,
-        preferences: Preferences,
-        files: FileQuestions,
     ) -> None:
         super().__init__(bar)
-        self._files = files
+        self._files = context.files
         self._action, self._bar = action, bar
-        self._open_sources = open_sources
+        self._open_sources = context.open_sources
         self._recordings = recordings
-        self._preferences = preferences
+        self._preferences = context.preferences
         self.question: QMessageBox | None = None
         """The question whether to close a source that is being recorded, while it is open."""
         bridge = Bridge(self)
         bridge.bind(recordings.changed, lambda _: self._show())
-        bridge.bind(open_sources.state_changed, lambda *_: self._show())
+        bridge.bind(context.open_sources.state_changed, lambda *_: self._show())
         action.triggered.connect(bar.recordButton.click)
         bar.recordRequested.connect(self.record)
         bar.stopRequested.connect(self.stop)
@@ -137,34 +132,31 @@ class PauseController(QObject):
         self,
         actions: PauseActions,
         bar: PauseBar,
-        open_sources: OpenSources,
-        image: ImageModel,
+        context: SourceContext,
         history: FrameHistory,
-        messages: CurrentMessages,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._actions = actions
         self._bar = bar
-        self._messages = messages
-        self._open_sources = open_sources
-        self._image = image
+        self._messages = context.messages
+        self._open_sources = context.open_sources
+        self._image = context.image
         self._history = history
         self._frames: tuple[Frame, ...] = ()
         self._index = 0
         self._steps_itself = False
         "Whether the source is a recording, which steps by its own features."
         bridge = Bridge(self)
-        bridge.bind(open_sources.opened, self._on_source_opened)
-        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
+        bridge.bind(context.open_sources.opened, self._on_source_opened)
+        bridge.bind(context.open_sources.state_changed, self._on_source_state_changed)
         # Not over the bridge: the queue must be closed before the grabber.
-        open_sources.closing.connect(self._on_source_closing, check_nargs=False)
+        context.open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         bar.frameChosen.connect(self._show)
         bar.liveRequested.connect(lambda: actions.actionPause.setChecked(False))
         actions.actionPause.toggled.connect(self._on_pause_toggled)
         actions.actionStepBack.triggered.connect(lambda: self._step(-1))
         actions.actionStepForward.triggered.connect(lambda: self._step(1))
-        self._on_source_state_changed(open_sources.state, "")
+        self._on_source_state_changed(context.open_sources.state, "")
 
     def _on_pause_toggled(self, paused: bool) -> None:
         if self._steps_itself:
@@ -224,24 +216,17 @@ def _seconds(frame: Frame, newest: Frame) -> float:
 class PlaybackController(QObject):
     """Shows the bar for sources with a recording's features; pause and step act on the recording then."""
 
-    def __init__(
-        self,
-        actions: PauseActions,
-        bar: PlaybackBar,
-        open_sources: OpenSources,
-        messages: CurrentMessages,
-        parent: QObject,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, actions: PauseActions, bar: PlaybackBar, context: SourceContext) -> None:
+        super().__init__(context.window)
         self._actions = actions
         self._bar = bar
-        self._messages = messages
-        self._open_sources = open_sources
+        self._messages = context.messages
+        self._open_sources = context.open_sources
         self._model: PlaybackModel | None = None
         self._bridge: Bridge | None = None
         join = Bridge(self)
-        join.bind(open_sources.opened, self._on_source_opened)
-        join.bind(open_sources.closing, lambda _: self._leave())
+        join.bind(context.open_sources.opened, self._on_source_opened)
+        join.bind(context.open_sources.closing, lambda _: self._leave())
         bar.playRequested.connect(lambda playing: self._model.play(playing) if self._model else None)
         bar.stepRequested.connect(self._step)
         bar.positionChosen.connect(lambda place: self._model.go_to(place) if self._model else None)

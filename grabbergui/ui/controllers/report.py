@@ -8,15 +8,13 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from PyQt5.QtCore import QObject
-from PyQt5.QtWidgets import QAction, QWidget
+from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.environment import write_whole
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.log_book import LogBook
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.report_dialog import ReportDialog
 
 if TYPE_CHECKING:  # it imports the drivers, which the window does without at its start
@@ -29,21 +27,13 @@ FRAMES = 200
 class ReportController(QObject):
     """Makes the report of the current camera on a thread of its own, and saves it on request."""
 
-    def __init__(
-        self,
-        action: QAction,
-        window: QWidget,
-        files: FileQuestions,
-        open_sources: OpenSources,
-        book: LogBook,
-        messages: CurrentMessages,
-    ) -> None:
-        super().__init__(window)
-        self._window = window
-        self._files = files
-        self._open_sources = open_sources
+    def __init__(self, action: QAction, context: SourceContext, book: LogBook) -> None:
+        super().__init__(context.window)
+        self._window = context.window
+        self._files = context.files
+        self._open_sources = context.open_sources
         self._book = book
-        self._messages = messages
+        self._messages = context.messages
         self._bridge = Bridge(self)
         self._report: CameraReport | None = None
         "With all names and pixels."

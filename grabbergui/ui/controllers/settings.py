@@ -9,7 +9,7 @@ from pathlib import Path
 
 from PyQt5.QtCore import QEvent, QObject, pyqtSignal
 from PyQt5.QtGui import QDropEvent
-from PyQt5.QtWidgets import QAction, QWidget
+from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.settings import SettingKey
@@ -18,7 +18,6 @@ from grabbergui.models.change_tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import counted
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import Difference, FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
@@ -30,13 +29,12 @@ from grabbergui.models.settings.user_sets import (
     start_with_user_set,
     user_sets,
 )
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.recording.opening import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.camera_work import CameraWork
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
 
@@ -47,19 +45,12 @@ class SettingsFilesController(QObject):
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
 
-    def __init__(
-        self,
-        window: QWidget,
-        files: FileQuestions,
-        open_sources: OpenSources,
-        work: CameraWork,
-        messages: CurrentMessages,
-    ) -> None:
-        super().__init__(window)
-        self._window = window
-        self._files = files
-        self._messages = messages
-        self._open_sources = open_sources
+    def __init__(self, context: SourceContext, work: CameraWork) -> None:
+        super().__init__(context.window)
+        self._window = context.window
+        self._files = context.files
+        self._messages = context.messages
+        self._open_sources = context.open_sources
         self._bridge = Bridge(self)
         self._kinds = self.tr("Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
         self._work = work
@@ -257,22 +248,15 @@ def _dropped(event: QDropEvent) -> Path | None:
 class UserSetsController(QObject):
     """The camera's own sets; the action is enabled if the camera keeps any."""
 
-    def __init__(
-        self,
-        action: QAction,
-        window: QWidget,
-        open_sources: OpenSources,
-        work: CameraWork,
-        messages: CurrentMessages,
-    ) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(self, action: QAction, context: SourceContext, work: CameraWork) -> None:
+        super().__init__(context.window)
+        self._window = context.window
         self._work = work
-        self._messages = messages
+        self._messages = context.messages
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
         action.triggered.connect(self.show)
-        ability = CameraAbility(self, open_sources, has_user_sets, Unavailable.USER_SETS, action)
+        ability = CameraAbility(self, context.open_sources, has_user_sets, Unavailable.USER_SETS, action)
         ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:

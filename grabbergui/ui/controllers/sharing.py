@@ -8,18 +8,16 @@ from dataclasses import replace
 
 from PyQt5.QtCore import QObject, Qt, QTimer
 from PyQt5.QtGui import QGuiApplication
-from PyQt5.QtWidgets import QAction, QMessageBox, QWidget
+from PyQt5.QtWidgets import QAction, QMessageBox
 
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.remote_source import RemoteSource
 from grabbergui.models.share import DEFAULT_NAMES, Network, Remedy, ShareOptions, ShareStatus
 from grabbergui.models.sharing import Sharing, peer_changes
 from grabbergui.models.unavailable import why_unavailable
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.shown_text import question_box
 from grabbergui.ui.views.share_dialog import ShareDialog
 from grabbergui.ui.widgets.share_chip import ShareChip
@@ -33,20 +31,11 @@ MOST_NAMES = 5
 class SharingController(QObject):
     """Joins the shares of the current camera with the dialog and the chip."""
 
-    def __init__(
-        self,
-        action: QAction,
-        chip: ShareChip,
-        window: QWidget,
-        open_sources: OpenSources,
-        sharing: Sharing,
-        image: ImageModel,
-        preferences: Preferences,
-    ) -> None:
-        super().__init__(window)
-        self._action, self._chip, self._window = action, chip, window
-        self._open_sources, self._sharing, self._image = open_sources, sharing, image
-        self._preferences = preferences
+    def __init__(self, action: QAction, chip: ShareChip, context: SourceContext, sharing: Sharing) -> None:
+        super().__init__(context.window)
+        self._action, self._chip, self._window = action, chip, context.window
+        self._open_sources, self._sharing, self._image = context.open_sources, sharing, context.image
+        self._preferences = context.preferences
         self.dialog: ShareDialog | None = None
         "While it is shown."
         self.question: QMessageBox | None = None
@@ -55,8 +44,8 @@ class SharingController(QObject):
         "The source that the dialog's fields were filled for."
         bridge = Bridge(self)
         bridge.bind(sharing.changed, self._show)
-        bridge.bind(open_sources.state_changed, lambda *_: self._show())
-        bridge.bind(open_sources.changed, lambda _: self._show())
+        bridge.bind(context.open_sources.state_changed, lambda *_: self._show())
+        bridge.bind(context.open_sources.changed, lambda _: self._show())
         action.triggered.connect(self.show)
         chip.clicked.connect(self.show)
         self._timer = QTimer(self)

@@ -17,10 +17,9 @@ from grabbergui.models.other_program import holder_name, recordings_of
 from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import FEWEST, ListedSource, SourceListModel, typed_uri, with_description
 from grabbergui.ui.controllers.recording import Confirm
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.shown_text import question_box
-from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
@@ -39,20 +38,19 @@ class SourcesController(QObject):
         view: SourceListView,
         model: SourceListModel,
         opener: SourceOpener,
-        preferences: Preferences,
+        context: SourceContext,
         tasks: TaskStack,
         confirm: Confirm,
         messages: MessageModel,
-        files: FileQuestions,
     ) -> None:
         super().__init__(view)
-        self._files = files
+        self._files = context.files
         self._messages = messages
         self._view = view
         self._model = model
         self._opener = opener
         self._open_sources = open_sources = opener.open_sources
-        self._preferences = preferences
+        self._preferences = context.preferences
         self._tasks = tasks
         self._confirm = confirm
         self._row: TaskRow | None = None
@@ -72,7 +70,7 @@ class SourcesController(QObject):
         view.refreshRequested.connect(model.refresh)
         view.forgetRequested.connect(self._on_view_forget_requested)
         view.descriptionRequested.connect(self._on_view_description_requested)
-        view.setRecent(preferences.recent)
+        view.setRecent(context.preferences.recent)
         self.question: QMessageBox | None = None
         "The question whether to take control from another program, while it is open."
         opener.confirm_control = self._confirm_control

@@ -7,12 +7,11 @@ import time
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.models.diagnosis import Diagnosis, Stage, StreamObservation, diagnose
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.messages import Cause, MessageModel, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.other_program import holder_name
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import LiveImageView, StatusView
 
@@ -34,17 +33,15 @@ class StatusController(QObject):
         self,
         strip: StatusView,
         view: LiveImageView,
-        open_sources: OpenSources,
-        image: ImageModel,
+        context: SourceContext,
         status: StatusModel,
         messages: MessageModel,
-        parent: QObject,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._strip = strip
         self._view = view
-        self._open_sources = open_sources
-        self._image = image
+        self._open_sources = context.open_sources
+        self._image = context.image
         self._status = status
         self._messages = messages
         self._shown: OpenSource | None = None
@@ -53,8 +50,8 @@ class StatusController(QObject):
         self._title = self._lock = ""
         bridge = Bridge(self)
         bridge.bind(messages.changed, self._show_messages)
-        bridge.bind(open_sources.state_changed, lambda *_: self.refresh())
-        bridge.bind(open_sources.changed, lambda _: self.refresh())
+        bridge.bind(context.open_sources.state_changed, lambda *_: self.refresh())
+        bridge.bind(context.open_sources.changed, lambda _: self.refresh())
         self._timer = QTimer(self)
         self._timer.setInterval(STATUS_PERIOD_MS)
         self._timer.timeout.connect(self.refresh)

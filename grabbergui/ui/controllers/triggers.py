@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from PyQt5.QtCore import QObject, QTimer
 
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.triggers import Triggers
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.views.trigger_bar import TriggerBar
 
 PERIOD_MS = 200
@@ -15,11 +15,9 @@ PERIOD_MS = 200
 class TriggerController(QObject):
     """Shows the trigger of the current source several times a second, and sends triggers."""
 
-    def __init__(
-        self, bar: TriggerBar, open_sources: OpenSources, triggers: Triggers, parent: QObject
-    ) -> None:
-        super().__init__(parent)
-        self._bar, self._open_sources, self._triggers = bar, open_sources, triggers
+    def __init__(self, bar: TriggerBar, context: SourceContext, triggers: Triggers) -> None:
+        super().__init__(context.window)
+        self._bar, self._open_sources, self._triggers = bar, context.open_sources, triggers
         bar.sendRequested.connect(self._on_bar_send_requested)
         bar.repeatRequested.connect(self._on_bar_repeat_requested)
         bar.offRequested.connect(self._on_bar_off_requested)

@@ -13,7 +13,6 @@ from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
-from grabbergui.models.image.live_image import ImageModel
 from grabbergui.models.one_push import (
     OnePush,
     Tuning,
@@ -25,13 +24,12 @@ from grabbergui.models.one_push import (
     let_camera,
 )
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.open_sources import OpenSources
-from grabbergui.models.source_messages import CurrentMessages
 from grabbergui.models.tuning import TuningRun
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.models.undo_steps import UndoStep
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.controllers.camera_ability import CameraAbility
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
 from grabbergui.ui.widgets.drawing_tool import Purpose
@@ -46,18 +44,15 @@ class TuningController(QObject):
         actions: TuningActions,
         view: DrawableView,
         tasks: TaskStack,
-        open_sources: OpenSources,
-        image: ImageModel,
-        messages: CurrentMessages,
-        parent: QObject,
+        context: SourceContext,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
         self._actions = actions
         self._view = view
         self._tasks = tasks
-        self._open_sources = open_sources
-        self._image = image
-        self._messages = messages
+        self._open_sources = context.open_sources
+        self._image = context.image
+        self._messages = context.messages
         self._push = OnePush()
         self._row: TaskRow | None = None
         bridge = Bridge(self)
@@ -65,13 +60,13 @@ class TuningController(QObject):
         bridge.bind(self._push.succeeded, self._messages.notice)
         bridge.bind(self._push.failed, self._messages.error)
         bridge.bind(self._push.ended, self._on_ended)
-        bridge.bind(open_sources.state_changed, self._on_source_state_changed)
+        bridge.bind(context.open_sources.state_changed, self._on_source_state_changed)
         self._abilities = {
-            CameraAbility(self, open_sources, can_expose, Unavailable.EXPOSURE): (
+            CameraAbility(self, context.open_sources, can_expose, Unavailable.EXPOSURE): (
                 actions.actionExpose,
                 actions.actionExposeRegion,
             ),
-            CameraAbility(self, open_sources, can_balance, Unavailable.BALANCE): (
+            CameraAbility(self, context.open_sources, can_balance, Unavailable.BALANCE): (
                 actions.actionBalance,
                 actions.actionBalanceRegion,
             ),
@@ -80,7 +75,7 @@ class TuningController(QObject):
         for ability in self._abilities:
             ability.changed.connect(self._enable)
         # Not over the bridge: work in progress has to stop before the camera is closed.
-        open_sources.closing.connect(self._on_source_closing, check_nargs=False)
+        context.open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         actions.actionExpose.triggered.connect(self.expose)
         actions.actionBalance.triggered.connect(self.balance)
@@ -158,27 +153,19 @@ def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
 class RegionController(QObject):
     """Draws the part of the sensor to send, and takes the whole sensor again."""
 
-    def __init__(
-        self,
-        actions: RegionActions,
-        view: DrawableView,
-        open_sources: OpenSources,
-        image: ImageModel,
-        messages: CurrentMessages,
-        parent: QObject,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, actions: RegionActions, view: DrawableView, context: SourceContext) -> None:
+        super().__init__(context.window)
         self._view = view
-        self._open_sources = open_sources
-        self._image = image
-        self._messages = messages
+        self._open_sources = context.open_sources
+        self._image = context.image
+        self._messages = context.messages
         self._bridge = Bridge(self)
         actions.actionRegion.triggered.connect(self._draw)
         actions.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         ability = CameraAbility(
             self,
-            open_sources,
+            context.open_sources,
             sensor_region.has_region,
             Unavailable.REGION,
             actions.actionRegion,

@@ -77,7 +77,7 @@ def run(
     window = MainWindow()
     controller = Program(window, preferences, create)
     for server in served:
-        controller.sharing.adopt(server)
+        controller.source_controls.sharing.adopt(server)
     with _guarded(controller.messages), closed_by(stop, app.quit):
         window.show()
         wanted = screenshot is not None or (offscreen and script is None)

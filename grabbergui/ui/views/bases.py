@@ -1,13 +1,13 @@
 """The views as controllers know them: setters in, signals out, and no more than each controller needs.
 
-The composition root (`ui/run/program.py`) passes the widgets that fit; a test passes whatever it likes. The
-main window fits every group of actions; an action is a view by itself: a signal, a name, enabled or not,
-checked or not. Setters never emit.
+The composition roots (`ui/run/`) pass the widgets that fit; a test passes whatever it likes. An action is a
+view by itself: a signal, a name, enabled or not, checked or not. Setters never emit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
@@ -198,11 +198,10 @@ class Dock(Protocol):
         """Bring the dock in front of the others."""
 
 
-class AcquisitionActions(Protocol):
-    """Opening, streaming and snapshots."""
+@dataclass(frozen=True)
+class AcquisitionActions:
+    """Streaming and snapshots."""
 
-    actionConnect: QAction
-    actionConnectStill: QAction
     actionDisconnect: QAction
     actionStart: QAction
     actionStop: QAction
@@ -210,7 +209,8 @@ class AcquisitionActions(Protocol):
     actionPointCloud: QAction
 
 
-class DisplayActions(Protocol):
+@dataclass(frozen=True)
+class DisplayActions:
     """How the image is shown; none of them changes the camera."""
 
     actionCrosshair: QAction
@@ -221,32 +221,26 @@ class DisplayActions(Protocol):
     actionMirrorX: QAction
     actionMirrorY: QAction
     actionUpright: QAction
-
-    @property
-    def colourMapChosen(self) -> pyqtBoundSignal:
-        """The name of a colour map for monochrome images; empty for grey."""
+    colourMapChosen: pyqtBoundSignal
+    """The name of a colour map for monochrome images; empty for grey."""
 
 
-class ComponentActions(Protocol):
+@dataclass(frozen=True)
+class ComponentActions:
     """The colours of a component, and the choice of a view of a polarised mosaic."""
 
-    def setColourMap(self, name: str) -> None:
-        """Mark the colour map of the component that is shown; empty for grey."""
-
+    setColourMap: Callable[[str], None]
+    """Mark the colour map of the component that is shown; empty for grey."""
     actionPolarised: QAction
-
-    def setPolarised(self, polarised: bool) -> None:
-        """Offer views of a polarised mosaic, or none; the user may change that by `actionPolarised`."""
-
-    @property
-    def polarisedViewChosen(self) -> pyqtBoundSignal:
-        """The `PolarisedView` that the user chose."""
-
-    def setPolarisedView(self, view: PolarisedView) -> None:
-        """Mark the view that is shown."""
+    """Whether views of a polarised mosaic are offered, which the user may change."""
+    polarisedViewChosen: pyqtBoundSignal
+    """The `PolarisedView` that the user chose."""
+    setPolarisedView: Callable[[PolarisedView], None]
+    """Mark the view that is shown."""
 
 
-class PauseActions(Protocol):
+@dataclass(frozen=True)
+class PauseActions:
     """Pause, and steps through frames."""
 
     actionPause: QAction
@@ -254,7 +248,8 @@ class PauseActions(Protocol):
     actionStepForward: QAction
 
 
-class TuningActions(Protocol):
+@dataclass(frozen=True)
+class TuningActions:
     """One-push exposure and white balance, on the whole image or a region."""
 
     actionExpose: QAction
@@ -263,29 +258,32 @@ class TuningActions(Protocol):
     actionBalanceRegion: QAction
 
 
-class RegionActions(Protocol):
+@dataclass(frozen=True)
+class RegionActions:
     """The region of interest."""
 
     actionRegion: QAction
     actionFullSensor: QAction
 
 
-class UndoActions(Protocol):
+@dataclass(frozen=True)
+class UndoActions:
     """Undo and redo."""
 
     actionUndo: QAction
     actionRedo: QAction
 
 
-class CalibrationActions(Protocol):
-    """Making, loading and showing a calibration."""
+@dataclass(frozen=True)
+class CalibrationActions:
+    """Loading and showing a calibration."""
 
-    actionCalibrate: QAction
     actionLoadCalibration: QAction
     actionShowCalibration: QAction
 
 
-class HelpActions(Protocol):
+@dataclass(frozen=True)
+class HelpActions:
     """The *Help* menu."""
 
     actionManual: QAction

@@ -373,10 +373,6 @@ class MainWindow(QMainWindow):
         """Mark the colours of the component that is shown."""
         self._colour_maps[name].setChecked(True)
 
-    def setPolarised(self, polarised: bool) -> None:
-        """Offer views of a polarised mosaic, or none."""
-        self.actionPolarised.setChecked(polarised)
-
     def setPolarisedView(self, view: PolarisedView) -> None:
         """Mark the view of a polarised mosaic that is shown."""
         self._polarised[view].setChecked(True)

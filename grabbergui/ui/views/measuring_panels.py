@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
@@ -251,8 +252,9 @@ class ProfilePanel(QWidget):
         set_tooltip(plot, self.tr("The sensor's values over the pixels along the line"))
 
 
-class MeasuringPanels(Protocol):
-    """The three panels and their docks, as the main window holds them."""
+@dataclass(frozen=True)
+class MeasuringPanels:
+    """The three panels and their docks."""
 
     histogram: HistogramPanel
     focus: FocusPanel
