@@ -6,7 +6,7 @@ STAMP  := $(VENV)/.installed
 # PyQt5 has no wheels for other Linux computers than x86-64; there the window uses Debian's.
 SYSTEM_QT := $(if $(filter Linux-x86_64 Darwin-%,$(shell uname -s)-$(shell uname -m)),,--system-site-packages)
 
-.PHONY: setup setup-ros2 setup-servo run test test-without-guests coverage mutants lint types pyright bench fuzz docs screenshots translations deb test-deb clean
+.PHONY: setup setup-ros2 setup-servo run test test-unit test-without-guests coverage mutants lint types pyright bench fuzz docs screenshots translations deb test-deb clean
 
 setup: $(STAMP)
 
@@ -21,7 +21,7 @@ $(STAMP): pyproject.toml scripts/system-packages
 # ROS 2 and our interface package, from ROS's own wheels; everything else works without.
 setup-ros2: setup
 	scripts/system-packages ros2
-	$(BIN)/python -m grabbergui setup ros2 $(addprefix --also ,$(wildcard tests/servo/interfaces/*))
+	$(BIN)/python -m grabbergui setup ros2 $(addprefix --also ,$(wildcard tests/support/servo/interfaces/*))
 
 # TIAGo's kinematics and description, for servoing with it.
 setup-servo: setup
@@ -53,11 +53,16 @@ pyright: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check "pyright[nodejs]"
 	$(BIN)/pyright --project type_tests --pythonpath $(BIN)/python
 
-# The tests of one package alone: make test PACKAGE=net/yarp; ROOM is the variable's older name.
+# The tests of one package alone, of both tiers: make test PACKAGE=net/yarp; ROOM is the variable's older name.
 PACKAGE ?= $(ROOM)
+TESTS = $(or $(wildcard $(if $(PACKAGE),tests/unit/$(PACKAGE) tests/system/$(PACKAGE),tests)),$(error no tests of $(PACKAGE)))
 test: setup
 	scripts/system-packages tests
-	$(BIN)/python tests/run_tests.py tests/$(PACKAGE)
+	$(BIN)/python tests/run_tests.py $(TESTS)
+
+# The tests within one process: no sockets, no programs, no sleeping.
+test-unit: setup
+	$(BIN)/python tests/run_tests.py tests/unit/$(PACKAGE)
 
 # Lint, types and tests of a copy without the guests' folders (docs/decisions/0021-servo-is-a-guest.md).
 test-without-guests: setup
@@ -67,7 +72,7 @@ test-without-guests: setup
 coverage: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check pytest-cov
 	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal --cov=grabbergui$(if $(PACKAGE),/$(PACKAGE)) \
-	    --cov-branch --cov-report=term:skip-covered --cov-report=html:build/coverage tests/$(PACKAGE)
+	    --cov-branch --cov-report=term:skip-covered --cov-report=html:build/coverage $(TESTS)
 
 # Mutation testing of the packages where an untested line hurts, or of one: make mutants PACKAGE=core
 mutants: setup

@@ -36,7 +36,7 @@ from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.u3v.device import U3vDevice
 
 REPOSITORY = Path(__file__).parents[1]
-USBVM = REPOSITORY / "tests/driver/usbvm"
+USBVM = REPOSITORY / "tests/support/usbvm"
 ROUNDS = 5
 FORMATS = (("Mono8", 640, 480), ("Mono8", 4096, 2160), ("RGB8", 1920, 1080))
 IN_PROCESS = "in the process"

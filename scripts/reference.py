@@ -2,7 +2,7 @@
 
     python scripts/reference.py
 
-`tests/test_reference_document.py` checks that they are current.
+`tests/unit/test_reference_document.py` checks that they are current.
 """
 
 from __future__ import annotations

@@ -88,6 +88,14 @@ def qapp() -> Any:
     return application()
 
 
+@pytest.fixture
+def qtbot(qapp: Any, request: pytest.FixtureRequest) -> Any:
+    """Return pytest-qt's robot, as patient as all other tests."""
+    from patient_bot import PatientBot
+
+    return PatientBot(request)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_report_to_serializable() -> Iterator[None]:
     """Make a report with invalid UTF-8 in its output or log sendable; xdist would abort the run."""

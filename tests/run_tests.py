@@ -1,18 +1,15 @@
-"""Runs the tests as `make test` does: on several workers, then those that failed once more, alone.
+"""Runs the tests as `make test` does: on several workers, the slowest first.
 
 Usage: python tests/run_tests.py [PATH or option of pytest ...] [--record]
 
-Two cores carry several workers, the programs that the tests start, and a virtual machine. A test that fails
-there and passes alone does not stop the build, because a busy machine may be the cause, but it is named at
-the end of the output: it waits too briefly, or it shows a race in the product. A test that fails twice, or
-more than a few failures, is a fault.
+Two cores carry several workers, the programs that the tests start, and a virtual machine. Every failure is
+one: a test that fails beside others and passes alone waits too briefly, or shows a race in the product.
 
 `--record` writes the slowest tests of this run to `slowest.txt`, by which the next run orders them.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import subprocess
@@ -28,10 +25,6 @@ import slowest
 REPOSITORY = Path(__file__).parents[1]
 PACKAGE = REPOSITORY / "grabbergui"
 OUTCOME = REPOSITORY / "build" / "tests"
-REPEATED = 10
-"""So many failures are repeated. More of them are no coincidence."""
-TESTS_FAILED = 1
-"""Pytest's exit code when all tests ran and some failed."""
 
 
 def main(arguments: list[str]) -> int:
@@ -45,8 +38,6 @@ def main(arguments: list[str]) -> int:
     code = pytest(*arguments, f"--junitxml={OUTCOME / 'together.xml'}")
     if record:
         slowest.record(durations(OUTCOME / "together.xml"))
-    if code == TESTS_FAILED:
-        code = repeat_failures()
     print(f"The tests took {time.monotonic() - began:.0f} s.")
     return code
 
@@ -99,35 +90,12 @@ def is_compiled(module: Path) -> bool:
     return any(is_newer(file, module) for file in compiled)
 
 
-def repeat_failures() -> int:
-    """Run the tests that failed once more, one after the other with nothing beside them."""
-    failed = failures()
-    if not 0 < len(failed) <= REPEATED:
-        print(f"{len(failed)} tests failed; at most {REPEATED} are repeated.")
-        return TESTS_FAILED
-    print(f"\n{len(failed)} failed beside others; each runs once more, alone.", flush=True)
-    code = pytest("--last-failed", "--last-failed-no-failures=none", workers=1)
-    if code == 0:
-        print("\nFAILED BESIDE OTHERS, PASSED ALONE:", *failed, sep="\n    ")
-        print("Such a test waits too briefly for a busy machine, or has found a race.\n")
-    return code
-
-
-def failures() -> list[str]:
-    """Return the names of the tests that failed in the last run."""
-    remembered = OUTCOME / "cache" / "v" / "cache" / "lastfailed"
-    return sorted(json.loads(remembered.read_text())) if remembered.exists() else []
-
-
-def pytest(*arguments: str, workers: int | None = None) -> int:
-    """Run pytest with `arguments` on as many workers as suit the machine, or on `workers`."""
-    variables = environment()
-    if workers is not None:
-        variables["GRABBERGUI_TEST_WORKERS"] = str(workers)
+def pytest(*arguments: str) -> int:
+    """Run pytest with `arguments` on as many workers as suit the machine."""
     # Workers take a few tests at a time from one queue, which has the slowest first.
     command = ["-m", "pytest", "-n", "auto", "--dist", "load", "--maxschedchunk", "6"]
-    command += ["-o", f"cache_dir={OUTCOME / 'cache'}", *arguments]
-    return subprocess.run([sys.executable, *command], cwd=REPOSITORY, env=variables).returncode
+    command += arguments
+    return subprocess.run([sys.executable, *command], cwd=REPOSITORY, env=environment()).returncode
 
 
 def environment() -> dict[str, str]:

@@ -20,14 +20,14 @@ SLOW = 1.5
 
 
 def name(path: str, test: str) -> str:
-    """Return a name that outlives a move to another folder: the module's base name is unique."""
-    return f"{Path(path).stem}::{test}"
+    """Return a name that outlives a move to the other tier: the path from the tier's folder, and the test."""
+    return f"{Path(*Path(path).with_suffix('').parts[2:])}::{test}"
 
 
 def first(items: Iterable[T]) -> list[T]:
     """Return the tests with the slowest at the beginning."""
     seconds = remembered()
-    return sorted(items, key=lambda item: -seconds.get(f"{item.path.stem}::{item.name}", 0.0))
+    return sorted(items, key=lambda item: -seconds.get(name(item.nodeid.split("::")[0], item.name), 0.0))
 
 
 def remembered() -> dict[str, float]:

@@ -1,0 +1,95 @@
+"""Every dialog of the window, filled with long texts."""
+
+from grabbergui.core.environment import MANUAL
+from grabbergui.core.settings import SettingKey
+from grabbergui.doctor.findings import Finding, Level
+from grabbergui.models.settings.feature_set import Difference, FeatureSet
+from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
+from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.models.share import Network, ReaderRate, Remedy, ShareOptions, ShareState, ShareStatus
+from grabbergui.net.readers import Reader
+from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
+from grabbergui.ui.views.frame_data_dialog import FrameDataDialog
+from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
+from grabbergui.ui.views.image_view import PointCloudDialog
+from grabbergui.ui.views.ip_address_dialog import IpAddressDialog
+from grabbergui.ui.views.lut_dialog import LutDialog
+from grabbergui.ui.views.report_dialog import ReportDialog
+from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport
+from grabbergui.ui.views.share_dialog import ShareDialog
+from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
+
+LONG = "/home/somebody/" + "the_camera_on_the_left_of_the_head_" * 6
+
+
+def doctor(window):
+    dialog = DoctorDialog(window)
+    dialog.addFinding(Finding(Level.PROBLEM, LONG, LONG))
+    return dialog
+
+
+def report(window):
+    dialog = SettingsReport(window)
+    setting = SettingReport(SettingKey("DeviceUserID"), LONG, SettingOutcome.WRITTEN, before="", reason=LONG)
+    dialog.setReport(LONG, LoadReport((setting,), FeatureSet({}), f"{LONG} ended"))
+    return dialog
+
+
+def camera_report(window):
+    dialog = ReportDialog(window)
+    dialog.setContents([LONG] * 40)
+    return dialog
+
+
+def difference(window):
+    dialog = SettingsDifference(window)
+    names = (f"{LONG}1.yaml", f"{LONG}2.yaml")
+    dialog.setDifferences(names, [Difference(SettingKey("DeviceUserID"), LONG, "")], True)
+    return dialog
+
+
+def share(window):
+    dialog = ShareDialog(window)
+    dialog.setCamera(LONG)
+    options, reader = ShareOptions(LONG, LONG), ReaderRate(Reader(LONG, LONG, LONG, 1, 1))
+    broken = ShareStatus(Network.YARP, options, ShareState.FAILED, (), (), LONG, Remedy.NAME_SERVER)
+    running = ShareStatus(Network.ROS2, options, ShareState.ON, (LONG,), (reader,))
+    dialog.setStatuses([broken, running])
+    return dialog
+
+
+def ip_address(window):
+    dialog = IpAddressDialog(window)
+    dialog.setCamera(LONG, "00:30:53:0a:0b:0c", LONG)
+    dialog.setOutcome(LONG, good=False)
+    return dialog
+
+
+def frame_data(window):
+    dialog = FrameDataDialog(window)
+    dialog.setRows([(LONG, LONG)] * 40, chunks=False)
+    return dialog
+
+
+def user_sets(window):
+    dialog = UserSetsDialog(window)
+    dialog.setSets([UserSet("UserSet1", LONG, savable=True, startable=True, starts=True)])
+    return dialog
+
+
+MADE = {
+    CalibrationChoiceDialog: lambda window: CalibrationChoiceDialog(LONG, window),
+    CalibrationDialog: CalibrationDialog,
+    DoctorDialog: doctor,
+    FrameDataDialog: frame_data,
+    IpAddressDialog: ip_address,
+    LutDialog: LutDialog,
+    ManualDialog: lambda window: ManualDialog(MANUAL, window),
+    PointCloudDialog: PointCloudDialog,
+    ReportDialog: camera_report,
+    SettingsDifference: difference,
+    SettingsReport: report,
+    ShareDialog: share,
+    ShortcutsDialog: lambda window: ShortcutsDialog(window.menuBar(), window),
+    UserSetsDialog: user_sets,
+}

@@ -1,0 +1,43 @@
+"""The served camera that the tests of a module share; name servers, and the end of all threads."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from grabber_stage import Stage, stage
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from patience import until
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[Stage]:
+    with stage() as scene:
+        yield scene
+
+
+@pytest.fixture
+def coloured(scene: Stage) -> Iterator[Stage]:
+    """The camera in a format with colours, so that it has balance ratios; as it was behind the test."""
+    before = scene.grabber.feature("PixelFormat").value
+    assert before is not None
+    scene.grabber.write_feature("PixelFormat", "RGB8")
+    yield scene
+    scene.grabber.write_feature("PixelFormat", before)
+
+
+@pytest.fixture
+def names() -> Iterator[NameClient]:
+    """Return the client of a name server of the test's own."""
+    with NameServer(port=0) as server:
+        yield NameClient(server.contact)
+
+
+@pytest.fixture
+def no_thread_is_left() -> Iterator[None]:
+    """Wait after the test until every thread of a port has ended."""
+    yield
+    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads")

@@ -1,0 +1,52 @@
+"""Every dialog fits a screen of 800 × 600 pixels, whatever cameras, sets and files are called."""
+
+import importlib
+import pkgutil
+
+import pytest
+from PyQt5.QtWidgets import QDialog
+
+import grabbergui.ui.views
+from grabbergui.core.settings import SettingKey
+from grabbergui.models.settings.feature_set import FeatureSet
+from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.settings_dialogs import SettingsReport
+from made_dialogs import MADE
+from small_screen import check_fits
+
+
+@pytest.fixture
+def window(qtbot, qapp):
+    dress(qapp, Theme.LIGHT)
+    made = MainWindow()
+    qtbot.addWidget(made)
+    return made
+
+
+def test_no_dialog_is_missing_here():
+    views = grabbergui.ui.views
+    names = [module.name for module in pkgutil.iter_modules(views.__path__)]
+    modules = [importlib.import_module(f"{views.__name__}.{name}") for name in names]
+    found = {
+        each
+        for module in modules
+        for each in vars(module).values()
+        if isinstance(each, type) and issubclass(each, QDialog) and each.__module__ == module.__name__
+        if not each.__subclasses__()  # a base of dialogs is none itself
+    }
+    assert found == set(MADE)
+
+
+@pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
+def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, monkeypatch, kind):
+    check_fits(kind, lambda: MADE[kind](window), monkeypatch)
+
+
+def test_a_report_counts_invalid_lines(qtbot):
+    dialog = SettingsReport()
+    qtbot.addWidget(dialog)
+    setting = SettingReport(SettingKey("Gain"), 1.0, SettingOutcome.EQUAL)
+    dialog.setReport("Loaded", LoadReport((setting,), FeatureSet({}), lost_lines=("a.yaml, line 3: odd",)))
+    assert dialog.headline.text() == "1 equal, 1 not a setting"

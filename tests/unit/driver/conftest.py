@@ -1,0 +1,3 @@
+"""A simulated camera."""
+
+from driver_camera import camera  # noqa: F401

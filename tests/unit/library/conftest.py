@@ -1,0 +1,3 @@
+"""A small, fast simulated camera."""
+
+from library_camera import camera  # noqa: F401

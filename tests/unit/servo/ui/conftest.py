@@ -1,0 +1,3 @@
+"""The servoing window, alone."""
+
+from servoing_window import window  # noqa: F401

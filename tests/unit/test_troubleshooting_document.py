@@ -1,0 +1,32 @@
+"""The headings of docs/troubleshooting.md are messages of the program, word for word."""
+
+import ast
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "troubleshooting.md").read_text("utf-8")
+HEADINGS = re.findall(r"^### (.+)$", PAGE, re.MULTILINE)
+
+
+def messages():
+    """Return all strings of the program except docstrings, one per line, with f-strings in pieces."""
+    texts = []
+    for path in (ROOT / "grabbergui").rglob("*.py"):
+        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+        docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
+        constants = [node for node in nodes if isinstance(node, ast.Constant) and node not in docstrings]
+        texts += [node.value for node in constants if isinstance(node.value, str)]
+    return "\n".join(texts)
+
+
+def test_every_heading_is_a_message_of_the_program():
+    """One test: each worker that runs a part of it parses the whole program."""
+    pieces = {heading: [piece.strip() for piece in heading.split("…")] for heading in HEADINGS}
+    assert not [heading for heading in HEADINGS if all(len(piece) <= 10 for piece in pieces[heading])]
+    texts = messages()
+    assert not [heading for heading in HEADINGS if any(piece not in texts for piece in pieces[heading])]
+
+
+def test_the_page_has_headings():
+    assert len(HEADINGS) > 20

@@ -1,0 +1,3 @@
+"""Feature panels without the window."""
+
+from panels import make_panel  # noqa: F401
