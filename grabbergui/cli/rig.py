@@ -9,11 +9,12 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack, closing, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.arguments import count, counted, part, positive, wait_time
-from grabbergui.cli.process import progress_note, stop_on_signals, supervised
+from grabbergui.cli.process import passing_note, progress_note, stop_on_signals, supervised
 from grabbergui.core.environment import check_folder_of
 from grabbergui.core.errors import ExistingFileError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.uri import SourceUri
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from grabbergui.recording.recorder import RecordingProgress
     from grabbergui.rig.grabber import RigGrabber
     from grabbergui.rig.link_budget import LinkBudget
+    from grabbergui.rig.link_measurement import RateSearch
+    from grabbergui.rig.rig_file import RigEntry
 
 MOST_INCOMPLETE = 0.1
 "Part of the sets that may be incomplete, as the first ones often are, before `check` calls it a problem."
@@ -36,7 +39,7 @@ AFTER = 1.0
 "Seconds for which a recording goes on after what released it."
 OPTIONS_OF = {
     "new": {"trigger": "--trigger", "rate": "--rate", "leader": "--leader"},
-    "budget": {"apply": "--apply", "undo": "--undo"},
+    "budget": {"apply": "--apply", "undo": "--undo", "measure": "--measure", "verify": "--verify"},
     "record": {
         **{"out": "--out", "sets": "--sets", "size": "--size", "segment": "--segment"},
         **{"before": "--before", "after": "--after", "on": "--on"},
@@ -68,7 +71,7 @@ def add_commands(commands: Any) -> None:
         "--seconds",
         type=wait_time,
         metavar="S",
-        help="check, record: for S seconds; with --before the wait for --on counts, too",
+        help="check, record, budget --verify: for S seconds; with --before the wait for --on counts, too",
     )
     parser.add_argument("--json", action="store_true", help="check, budget, record: print one JSON object")
 
@@ -81,6 +84,14 @@ def add_commands(commands: Any) -> None:
 
     budget = parser.add_argument_group("budget")
     budget.add_argument("--apply", action="store_true", help="write the delays into the rig's file")
+    budget.add_argument(
+        "--measure",
+        action="store_true",
+        help="find the rate that the link carries, by the cameras' streams at rising rates (some 20 s)",
+    )
+    budget.add_argument(
+        "--verify", action="store_true", help="stream with the delays for -t seconds, and count what is lost"
+    )
     budget.add_argument("--undo", action="store_true", help="take them out of it")
 
     record = parser.add_argument_group("record")
@@ -115,8 +126,10 @@ def _rig(options: argparse.Namespace) -> int:
         for name, option in names.items():
             if action != options.action and getattr(options, name) not in (None, False, ""):
                 raise UsageError(f"{option} goes with rig {action}, not with rig {options.action}")
-    if options.seconds is not None and options.action not in ("check", "record"):
-        raise UsageError(f"-t goes with rig check and rig record, not with rig {options.action}")
+    if options.seconds is not None and not (options.action in ("check", "record") or options.verify):
+        raise UsageError(
+            f"-t goes with rig check, rig record and rig budget --verify, not with rig {options.action}"
+        )
     actions = {"new": _new, "check": _check, "budget": _budget, "record": _record, "serve": _serve}
     return actions[options.action](options)
 
@@ -160,11 +173,12 @@ def _found() -> dict[str, str]:
     return {f"camera{number}": info.uri for number, info in enumerate(infos, 1)}
 
 
-def _opened(file: Path, stack: ExitStack) -> RigGrabber:
+def _opened(file: Path, stack: ExitStack, entry: RigEntry | None = None) -> RigGrabber:
+    """Open the rig of a file, or another content for it, until the stack is closed."""
     from grabbergui.rig import source
     from grabbergui.rig.grabber import RigGrabber
 
-    grabber = source.create(SourceUri("rig", str(file)))
+    grabber = source.create(SourceUri("rig", str(file))) if entry is None else source.of_entry(entry)
     if not isinstance(grabber, RigGrabber):
         raise UsageError(f"{file} is a recording, and has no cameras; play it as rig:{file}")
     stack.callback(grabber.close)
@@ -177,14 +191,7 @@ def _check(options: argparse.Namespace) -> int:
 
     with stop_on_signals() as stop, ExitStack() as stack:
         rig = _opened(options.file, stack)
-        queue = stack.enter_context(closing(rig.open_queue(64)))
-        rig.start()
-        end = time.monotonic() + (options.seconds or CHECK_SECONDS)
-        with progress_note() as show:
-            while not stop.is_set() and (left := end - time.monotonic()) > 0:
-                show(lambda left=left: f"{rig.counts().brief}; {left:.0f} s left, Ctrl-C ends it")  # type: ignore[misc]
-                with suppress(FrameTimeoutError):
-                    queue.get(min(left, 0.1))
+        _stream(rig, options.seconds or CHECK_SECONDS, stop)
         counts, states = rig.counts(), rig.clock_states()
         statistics = {name: camera.statistics() for name, camera in rig.cameras.items()}
         budgets = budgets_of(rig.entry, rig.cameras)
@@ -225,6 +232,43 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if problems else 0
 
 
+def _stream(rig: RigGrabber, seconds: float, stop: threading.Event) -> None:
+    """Let the rig stream for some seconds, and show how its sets come out."""
+    with closing(rig.open_queue(64)) as queue, progress_note() as show:
+        rig.start()
+        end = time.monotonic() + seconds
+        while not stop.is_set() and (left := end - time.monotonic()) > 0:
+            show(lambda left=left: f"{rig.counts().brief}; {left:.0f} s left, Ctrl-C ends it")  # type: ignore[misc]
+            with suppress(FrameTimeoutError):
+                queue.get(min(left, 0.1))
+
+
+def _measure(rig: RigGrabber, stop: threading.Event) -> RateSearch:
+    """Find the rate of the network that the rig's cameras share."""
+    from grabbergui.rig.budget_settings import loads_of
+    from grabbergui.rig.link_measurement import measure
+
+    loads = [load for load in loads_of(rig.entry, rig.cameras) if load.packet_size]
+    if not loads:
+        raise UsageError("--measure: none of the cameras is on a network")
+    with passing_note("measuring the link …") as show:
+        return measure(
+            rig.cameras, loads, rig.entry.link.rate, lambda trial: show(f"{trial}; measuring"), stop.is_set
+        )
+
+
+def _lost_with(entry: RigEntry, options: argparse.Namespace, stop: threading.Event) -> dict[str, list[int]]:
+    """Stream with a budget's settings; return each camera's frames and those that were lost."""
+    with ExitStack() as stack:
+        rig = _opened(options.file, stack, entry)
+        _stream(rig, options.seconds or CHECK_SECONDS, stop)
+        statistics = {name: camera.statistics() for name, camera in rig.cameras.items()}
+    return {
+        name: [each.frames + each.incomplete + each.lost, each.incomplete + each.lost]
+        for name, each in statistics.items()
+    }
+
+
 def _budget(options: argparse.Namespace) -> int:
     from grabbergui.rig import rig_file
     from grabbergui.rig.budget_settings import budgets_of, with_budget, without_budget
@@ -236,15 +280,39 @@ def _budget(options: argparse.Namespace) -> int:
         rig_file.write(options.file, without_budget(entry))
         print_line(f"{options.file}: the delays are taken out; the cameras keep their own")
         return 0
-    with ExitStack() as stack:
+    measured: RateSearch | None = None
+    with stop_on_signals() as stop, ExitStack() as stack:
         rig = _opened(options.file, stack)
+        if options.measure:
+            measured = _measure(rig, stop)
+            entry = replace(entry, link=replace(entry.link, rate=measured.carried or entry.link.rate))
         budgets = budgets_of(entry, rig.cameras)
-    problems = [problem for budget in budgets for problem in budget.problems]
+        problems = [problem for budget in budgets for problem in budget.problems]
+        if measured is not None and not measured.carried:
+            problems.append("the link loses packets at any rate: check cables and the switch")
+        planned = with_budget(entry, budgets)
+        stack.close()
+        lost = _lost_with(planned, options, stop) if options.verify and not problems else {}
+    problems += [
+        f"{name}: {counted(gone, 'frame')} of {sent} lost with the delays; write a smaller link.share"
+        for name, (sent, gone) in lost.items()
+        if gone
+    ]
     if options.apply and not problems:
-        rig_file.write(options.file, with_budget(entry, budgets))
+        rig_file.write(options.file, planned)
     if options.json:
-        print_json({"links": [_as_dict(budget) for budget in budgets], "problems": problems})
+        content = {"links": [_as_dict(budget) for budget in budgets], "problems": problems}
+        if measured is not None:
+            content["measured"] = {"rate": measured.carried, "limited": measured.limited}
+        if lost:
+            content["verified"] = {
+                name: {"frames": sent, "lost": gone} for name, (sent, gone) in lost.items()
+            }
+        print_json(content)
         return 1 if problems else 0
+    if measured is not None:
+        more = "more is lost" if measured.limited else "the cameras cannot send more, or the file allows none"
+        print_line(f"measured: {measured.carried / 1e6:.2f} MB/s arrive without loss; {more}")
     if alone := [name for name in rig.cameras if not any(name in budget.names for budget in budgets)]:
         print_line(f"{', '.join(alone)}: not on a network or USB, so there is no link to divide")
     for budget in budgets:
@@ -252,6 +320,9 @@ def _budget(options: argparse.Namespace) -> int:
         widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
         for row in rows:
             print_line("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip())
+    if lost:
+        sent, gone = (sum(each) for each in zip(*lost.values(), strict=True))
+        print_line(f"verified: {gone} of {counted(sent, 'frame')} lost with these delays")
     for problem in problems:
         print_line(f"problem: {problem}")
     if budgets and not problems:

@@ -176,8 +176,8 @@ class Rig:
         """Iterate over sets: a dict of frames by camera, with `skew_ns`, `missing`, `time_ns`, `state`.
 
         Up to `depth` sets wait for a slow loop. The stream runs while the loop does. Raises FrameTimeoutError
-        after `timeout` seconds without a set, and GrabberError for a missing frame if the rig's file says
-        `missing: stop`.
+        after `timeout` seconds without a set, DeviceLostError if all cameras are lost, and GrabberError for a
+        missing frame if the rig's file says `missing: stop`.
         """
         self._check_open()
         if count is not None and count < 0:
@@ -207,14 +207,15 @@ class Rig:
     def _next(self, queue: FrameQueue, timeout: float | None) -> FrameSet[Frame]:
         if timeout is None:
             timeout = max((frame_wait(camera.grabber) for camera in self._cameras.values()), default=5.0)
-        images = next_set(queue, timeout, self._cameras).images
-        if images.missing and self._stops:
+        images = next_set(queue, timeout, self._cameras, needs_all=self._missing != "deliver").images
+        if images.missing and self._missing == "stop":
             raise GrabberError(f"set {images.index} has no frame of {', '.join(images.missing)}")
         return images
 
     @property
-    def _stops(self) -> bool:
-        return isinstance(self._grabber, RigGrabber) and self._grabber.entry.missing == "stop"
+    def _missing(self) -> str:
+        """What becomes of sets without a camera's frame, as in a rig's file."""
+        return self._grabber.entry.missing if isinstance(self._grabber, RigGrabber) else "deliver"
 
     def start(self) -> None:
         """Start all cameras and the trigger; `sets` does so by itself. The stream runs until `stop`."""

@@ -14,8 +14,13 @@ LOOK = 0.1
 "Seconds between looks whether a camera was lost or closed."
 
 
-def next_set(queue: FrameQueue, timeout: float, cameras: Mapping[str, Camera]) -> SetFrame:
-    """Return the next set. Raises FrameTimeoutError with the reason, ClosedError, DeviceLostError."""
+def next_set(
+    queue: FrameQueue, timeout: float, cameras: Mapping[str, Camera], *, needs_all: bool = True
+) -> SetFrame:
+    """Return the next set. Raises FrameTimeoutError with the reason, ClosedError, DeviceLostError.
+
+    A lost camera is an error at once if sets need all of them, otherwise only if all are lost.
+    """
     deadline = time.monotonic() + timeout
     while True:
         left = max(0.0, deadline - time.monotonic())
@@ -24,9 +29,10 @@ def next_set(queue: FrameQueue, timeout: float, cameras: Mapping[str, Camera]) -
         except FrameTimeoutError as error:
             if queue.closed:
                 raise ClosedError("the cameras were closed while frames were awaited") from error
-            for camera in cameras.values():
-                if loss := camera.grabber.lost:
-                    raise DeviceLostError(f"{camera.info.title} is lost: {loss}") from error
+            lost = [camera for camera in cameras.values() if camera.grabber.lost]
+            if lost and (needs_all or len(lost) == len(cameras)):
+                problem = f"{lost[0].info.title} is lost: {lost[0].grabber.lost}"
+                raise DeviceLostError(problem) from error
             if left <= LOOK:
                 raise FrameTimeoutError(_why(timeout, cameras)) from error
         else:

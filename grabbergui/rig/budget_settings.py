@@ -42,7 +42,7 @@ def budgets_of(entry: RigEntry, cameras: Mapping[str, FrameGrabber]) -> list[Lin
 
 
 def with_budget(entry: RigEntry, budgets: list[LinkBudget]) -> RigEntry:
-    """Return the rig with the settings of a budget."""
+    """Return the rig with the settings of its budgets."""
     settings: dict[str, dict[str, FeatureValue]] = {}
     for budget in budgets:
         for each in budget.allotments:

@@ -30,6 +30,8 @@ _MOST_RESENT = 4096
 "Packets sent for one request."
 _PACED_BATCH_S = 0.00025
 "Pauses shorter than this are gathered: a system cannot sleep much more finely."
+_CATCH_UP = 4
+"Packets with a delay between them that may follow each other at once, after this computer was late."
 _SEND_BUFFER = 4 << 20
 
 
@@ -223,6 +225,7 @@ class StreamSender:
         if self._faults.disturbs_packets:
             headers, starts, sizes = headers[order], starts[order], sizes[order]
         pause = settings.delay_ns * 1e-9
+        late = max(_PACED_BATCH_S, _CATCH_UP * pause)
         if self._bandwidth:
             pause += settings.packet_size / self._bandwidth
         count = max(int(_PACED_BATCH_S / pause), 1) if pause else len(order)
@@ -235,8 +238,9 @@ class StreamSender:
             batch.send(headers[part], block.payload, starts[part], sizes[part])
             block.sent = int(order[part.stop]) + 1 if part.stop < len(order) else block.trailer_id
             if pause:
-                # A link does not make up for lost time: after a late wake-up it goes on at its own pace.
-                due = max(due, time.monotonic() - _PACED_BATCH_S) + len(sizes[part]) * pause
+                # A link does not make up for lost time: after a late wake-up it goes on at its own pace. A
+                # camera with a packet delay is never late, so a few packets are.
+                due = max(due, time.monotonic() - late) + len(sizes[part]) * pause
                 left = max(due - time.monotonic(), 0)
                 if left < _POLL_S:  # more precise, and cheaper
                     time.sleep(left)
