@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from typing_extensions import override
@@ -26,6 +27,7 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim import rendered_scene
 from grabbergui.driver.sim.device import SimulatedDevice
+from grabbergui.driver.sim.memory import Register, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.rendered_scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
@@ -42,6 +44,9 @@ from grabbergui.servo.robots.faults import STRANGER_PERIOD, Faults, ImageFaults
 from grabbergui.servo.robots.robot import KinematicModel, RobotState
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
+
+if TYPE_CHECKING:
+    from grabbergui.driver.sim.gige.server import GigeCamera
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512
@@ -117,30 +122,54 @@ def mounted_camera(
     from grabbergui.driver.device_grabber import DeviceGrabber
 
     scene = RenderedScene(things)
-    chosen = settings()
-    model = CameraModel(
-        scene=scene,
-        power_on={
-            reg.BINNING_HORIZONTAL: BINNING,
-            reg.BINNING_VERTICAL: BINNING,
-            reg.OFFSET_X: chosen.offset_x,
-            reg.OFFSET_Y: chosen.offset_y,
-            reg.WIDTH: chosen.width,
-            reg.HEIGHT: chosen.height,
-            reg.PIXEL_FORMAT: by_name("RGB8").code,
-            reg.FRAME_RATE: fps,
-            reg.EXPOSURE_TIME: min(EXPOSURE_US, 0.9e6 / fps),
-        },
-    )
-
-    def pose(device_ns: int) -> Pose:
-        # The device's clock is another than the robot's, and may be set: only its differences count.
-        age = (model.timestamp() - device_ns) * 1e-9
-        return (camera_at or robot.camera_at)(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
-
-    scene.mount(pose, DRAWN_AHEAD_S)
+    model = CameraModel(scene=scene, power_on=_power_on(fps))
+    _mount(scene, camera_at or robot.camera_at, lambda: model)
     info = DeviceInfo(uri="sim:scene", model="Camera on the simulated head", bus="Simulated")
     return DeviceGrabber(SimulatedDevice(info, model))
+
+
+def gige_camera(
+    address: str, things: Things, camera_at: Callable[[float], Pose], fps: float = 30.0
+) -> GigeCamera:
+    """Return the same camera as a GigE Vision device at an address; close it.
+
+    `camera_at` gives its pose in the room at a time. Raises SourceUnavailableError if the address is taken.
+    """
+    from grabbergui.driver.sim.gige.server import GigeCamera
+
+    scene = RenderedScene(things)
+    # Pacing wakes the interpreter for every few packets, and the robots are simulated in the same one. The
+    # small frames fit into the receiver's buffer without.
+    power_on = {**_power_on(fps), reg.PIXEL_FORMAT: by_name("BayerRG8").code}
+    camera = GigeCamera(address, power_on=power_on, scene=scene, bandwidth=0, segmentation=True)
+    _mount(scene, camera_at, lambda: camera.model)
+    return camera
+
+
+def _power_on(fps: float) -> dict[Register, RegisterValue]:
+    chosen = settings()
+    return {
+        reg.BINNING_HORIZONTAL: BINNING,
+        reg.BINNING_VERTICAL: BINNING,
+        reg.OFFSET_X: chosen.offset_x,
+        reg.OFFSET_Y: chosen.offset_y,
+        reg.WIDTH: chosen.width,
+        reg.HEIGHT: chosen.height,
+        reg.PIXEL_FORMAT: by_name("RGB8").code,
+        reg.FRAME_RATE: fps,
+        reg.EXPOSURE_TIME: min(EXPOSURE_US, 0.9e6 / fps),
+    }
+
+
+def _mount(
+    scene: RenderedScene, camera_at: Callable[[float], Pose], model: Callable[[], CameraModel]
+) -> None:
+    def pose(device_ns: int) -> Pose:
+        # The device's clock is another than the robot's, and may be set: only its differences count.
+        age = (model().timestamp() - device_ns) * 1e-9
+        return camera_at(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
+
+    scene.mount(pose, DRAWN_AHEAD_S)
 
 
 def hand_eye_camera(

@@ -114,8 +114,6 @@ class MainWindow(QMainWindow):
     actionDisconnect: QAction
     actionBeside: QAction
     actionNextSource: QAction
-    actionNewRig: QAction
-    actionRig: QAction
     actionStart: QAction
     actionStop: QAction
     actionShare: QAction
