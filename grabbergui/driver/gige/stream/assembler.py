@@ -27,9 +27,10 @@ from grabbergui.driver.gige.packet_header import (
     PacketHeader,
     count_in_order,
 )
-from grabbergui.driver.gige.stream.block import Block, BlockLayout, Places
+from grabbergui.driver.gige.stream.block import Block, Places
 from grabbergui.driver.gige.stream.block_history import BlockHistory, Meaning, distance
-from grabbergui.driver.gige.stream.packet_sorting import Ids, PacketRun, packet_runs
+from grabbergui.driver.gige.stream.block_layout import BlockLayout
+from grabbergui.driver.gige.stream.packet_sorting import PacketRun, packet_runs
 from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
 
 UNAVAILABLE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)
@@ -107,22 +108,19 @@ class BlockAssembler:
         packet_id = header.packet_id
         if header.failed:
             if header.status in UNAVAILABLE:
-                self._resender.note_unavailable(block, packet_id)
+                block.note_unavailable(packet_id)
             else:
                 text = status_text(header.status)
                 self._layout.warn_once(f"stream packets with {text}", "the camera could not send their data")
         elif block.has(packet_id):
             self.statistics.packets_duplicate += 1
-            self._resender.note_duplicate(block, packet_id)
+            block.note_duplicate(packet_id)
         elif packet_id > self._layout.highest_id:
             raise RemoteProtocolError(
                 f"packet_id {packet_id} in a block of {self._layout.payload_size} bytes"
             )
         else:
-            block.store(header, body)
-            block.make_room(packet_id + 1)
-            only = slice(packet_id, packet_id + 1)
-            self._note_received(block, only, 1, packet_id, header.sent_again, now)
+            self._note_taken(block, block.take(header, body, now))
 
     def receive_rows(self, rows: NDArray[np.uint8], now: float, at: NDArray[np.intp] | None = None) -> None:
         """Take datagrams of equal length, one per row of (n, length): like `receive` for each, but faster.
@@ -153,9 +151,8 @@ class BlockAssembler:
         if found is None:
             return False
         block, first = found
-        block.make_room(first + len(rows))
-        block.store_in_order(first, rows[:, -self.stride :])
-        self._note_in_order(block, first, len(rows), now)
+        self.statistics.packets += len(rows)
+        self._note_taken(block, block.take_in_order(first, rows[:, -self.stride :], now))
         return True
 
     def next_places(self) -> Places | None:
@@ -172,9 +169,8 @@ class BlockAssembler:
         if found is None or found != (self._open[-1], places.first):
             return 0
         block, first = found
-        block.make_room(first + len(headers))
-        block.note_placed(first + len(headers))
-        self._note_in_order(block, first, len(headers), now)
+        self.statistics.packets += len(headers)
+        self._note_taken(block, block.take_placed(first, len(headers), now))
         return len(headers)
 
     def _find_new(self, headers: NDArray[np.uint8], packet_length: int) -> tuple[Block, int] | None:
@@ -189,15 +185,10 @@ class BlockAssembler:
             or first == 0
             or packet_length - header.size != self.stride
             or (end - 1) * self.stride > self._layout.payload_size
-            or block.received[first:end].any()
+            or block.has_any(first, end)
         ):
             return None
         return block, first
-
-    def _note_in_order(self, block: Block, first: int, count: int, now: float) -> None:
-        self.statistics.packets += count
-        end = first + count
-        self._note_received(block, slice(first, end), count, end - 1, False, now)
 
     def _receive_singly(self, rows: NDArray[np.uint8], at: NDArray[np.intp], now: float) -> None:
         for row in at.tolist():
@@ -225,42 +216,23 @@ class BlockAssembler:
         if not full_packets or block is None:
             self._receive_singly(rows, at, now)
             return
-        block.make_room(run.highest + 1)
-        if run.increasing and not block.received[run.places()].any():
-            self._take_new(block, bodies, at, run, now)
+        new = block.new_of(run)
+        if new is None:
+            self._take_run(block, bodies, at, run, now)
             return
-        new = (block.received[run.ids] == 0) & run.first_occurrences()
         if new.any():
-            self._take_new(block, bodies, at[new], run.chosen(new), now)
+            self._take_run(block, bodies, at[new], run.chosen(new), now)
         self._receive_singly(rows, at[~new], now)  # duplicates
 
-    def _take_new(
+    def _take_run(
         self, block: Block, bodies: NDArray[np.uint8], at: NDArray[np.intp], run: PacketRun, now: float
     ) -> None:
-        """Take full payload packets that were not received before, the i-th from `bodies[at[i]]`."""
         self.statistics.packets += len(at)
-        block.store_rows(run, bodies, at)
-        self._note_received(block, run.places(), len(at), run.highest, run.resent, now)
+        self._note_taken(block, block.take_run(run, bodies, at, now))
 
-    def _note_received(
-        self,
-        block: Block,
-        ids: Ids,
-        count: int,
-        highest: int,
-        resent: NDArray[np.bool_] | bool,
-        now: float,
-    ) -> None:
-        """Note packets that are stored; `highest` is the highest id of `count`."""
-        self.statistics.packets_resent += self._resender.note_received(block, ids, now, resent)
-        expected = block.highest + 1
-        block.note_received(ids, count, highest, now)
-        if self.policy.enabled and highest >= expected and not block.refused:
-            begin = ids.start if isinstance(ids, slice) else highest
-            if begin > expected:
-                missing = expected + (block.received[expected:begin] == 0).nonzero()[0]
-                if len(missing):
-                    self._resender.note_missing(block, missing, now)
+    def _note_taken(self, block: Block, resent: int) -> None:
+        """Count packets that a block took, and finish it if it has all."""
+        self.statistics.packets_resent += resent
         if block.all_received():
             self._finish_ready()
 
@@ -304,7 +276,7 @@ class BlockAssembler:
         buffer = self._take_buffer()
         if buffer is None:
             self.statistics.underruns += 1
-        block = Block(header, self._layout, buffer, now)
+        block = Block(header, self._layout, self._resender, buffer, now)
         if self._open and self._open[0].extended != header.extended:
             self.flush()
         index = len(self._open)
@@ -312,8 +284,7 @@ class BlockAssembler:
             index -= 1
         for overtaken in self._open[:index]:
             if not overtaken.all_received():  # its end may be lost
-                check = now + self._resender.initial_wait
-                overtaken.requests.next_check = min(overtaken.requests.next_check, check)
+                overtaken.check_by(now + self._resender.initial_wait)
         self._open.insert(index, block)
         if len(self._open) > self.policy.max_blocks:
             self._finish(self._open[0])
@@ -329,7 +300,7 @@ class BlockAssembler:
         self._open.remove(block)
         self.statistics.lost += self._history.add(block.block_id, block.extended, block.received)
         self.statistics.packets_clipped += block.clipped
-        if block.buffer is None:
+        if block.counted_only:
             return
         block.close()
         leader = block.leader
@@ -418,38 +389,14 @@ class BlockAssembler:
             self._finish_ready()
         for block in self._open:
             if self._check_time(block) <= now:
-                self._request(block, now)
+                block.request(now, overtaken=block is not self._open[-1])
 
     def resend_requests(self) -> Iterator[PacketResend]:
         """Yield commands to send, each once."""
         return self._resender.requests()
 
-    def _request(self, block: Block, now: float) -> None:
-        silent = now >= block.last_packet_at + self.policy.tail_wait
-        overtaken = block is not self._open[-1]
-        if silent:
-            block.requests.tail_checked = block.last_packet_at
-        missing = block.missing(block.last_packet_id() if silent or overtaken else block.highest)
-        self._resender.request_due(block, missing, now)
-
     def _give_up_time(self, block: Block) -> float:
-        """Return when a block is finished of which nothing more arrives."""
-        overtaken = block is not self._open[-1]
-        if block.only_leader and not overtaken:
-            return NEVER
-        requesting = self.policy.enabled and block.requests.next_check != NEVER
-        patience = self.policy.reorder_wait if overtaken and not requesting else self.policy.give_up
-        return block.last_packet_at + patience
+        return block.give_up_time(overtaken=block is not self._open[-1])
 
     def _check_time(self, block: Block) -> float:
-        """Return when to check for packets to request."""
-        if not self.policy.enabled or block.refused:
-            return NEVER
-        log = block.requests
-        check = log.next_check
-        if block is self._open[-1] and self.expected() > 0:  # more arrives without a request
-            check = max(check, log.checked_at + self.policy.look_again)
-        if not block.only_leader and block.last_packet_at > log.tail_checked:
-            # The end of the last block may be lost, with nothing after it to show the gap.
-            check = min(check, block.last_packet_at + self.policy.tail_wait)
-        return check
+        return block.check_time(arriving=block is self._open[-1] and self.expected() > 0)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,23 +20,17 @@ from grabbergui.driver.gige.gvsp import (
     kind_in,
 )
 from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, PacketHeader
+from grabbergui.driver.gige.stream.block_buffer import BlockBuffer
+from grabbergui.driver.gige.stream.block_layout import BlockLayout
 from grabbergui.driver.gige.stream.gendc_flows import Flows
 from grabbergui.driver.gige.stream.id_runs import id_runs
-from grabbergui.driver.gige.stream.packet_sorting import PacketRun
-from grabbergui.driver.gige.stream.resend import PacketAccount
+from grabbergui.driver.gige.stream.packet_sorting import Ids, PacketRun
+from grabbergui.driver.gige.stream.resend import NEVER, BlockRequests, Resender, grown
 
 log = logging.getLogger(__name__)
 
-SCATTERED = 4
-"Mean length of runs of packets below which packets are copied by one indexed assignment, not run by run."
 LEAST_STRIDE = 64
 "Image bytes in a full packet, at least: a list of packets takes memory and time by their number."
-SHORT_PACKET = 512
-"Bytes of data in the smallest packets that cameras send, of 576 bytes."
-MOST_PARTS = 1024
-"Packets of a block that may be shorter: each part ends with one."
-MOST_WARNINGS = 16
-"Different faults of one stream that are logged."
 TAIL = 8
 "Packets requested behind the last that arrived, of a block whose end is unknown."
 _ALL_IN_SIZES: dict[int, tuple[int, int]] = {
@@ -49,37 +42,6 @@ _ALL_IN_SIZES: dict[int, tuple[int, int]] = {
     PayloadKind.JPEG2000: (32, 4),
 }
 "Bytes of leader and trailer in an all-in packet, without chunks."
-
-
-@dataclass
-class BlockLayout:
-    """Sizes that all blocks of a stream share."""
-
-    stride: int
-    "Image bytes in a full packet: as announced, until a packet shows otherwise."
-    payload_size: int
-    "Bytes of a buffer, the largest payload."
-    relative_parts: bool = False
-    "Whether positions in multi-part packets count from the start of their part: cameras differ."
-    refusal: str = ""
-    "Why the last block that was refused made no frame."
-    _reported: set[str] = field(default_factory=set)
-
-    @property
-    def max_payload_packets(self) -> int:
-        """Payload packets of the largest block."""
-        return -(-self.payload_size // self.stride)
-
-    @property
-    def highest_id(self) -> int:
-        """Highest packet id of a block, whose packets may be shorter than announced."""
-        return self.payload_size // min(self.stride, SHORT_PACKET) + MOST_PARTS
-
-    def warn_once(self, fault: str, details: str) -> None:
-        """Log a fault that may recur with every packet once in a stream, and `MOST_WARNINGS` in all."""
-        if fault not in self._reported and len(self._reported) < MOST_WARNINGS:
-            self._reported.add(fault)
-            log.warning("%s: %s", fault, details)
 
 
 @dataclass(frozen=True)
@@ -99,23 +61,43 @@ class Places:
         return self.header_size + int(self.lines.shape[1])
 
 
-class Block(PacketAccount):
+class Block:
     """The packets of one block. Packet ids: 0 is the leader, then payload packets, the trailer is last.
 
-    `store` and `store_rows` copy packets into the buffer, the account counts them. When no more packets
-    are expected, `close` and `extract_payload` set the result: `leader`, `payload`, `height`, `complete`,
-    `missing_bytes`.
+    The assembler enters it once for each packet or batch: `take`, `take_in_order`, `take_placed` and
+    `take_run` copy the data, account for the packets, and note the gaps before them, which `request` asks
+    for. When no more packets are expected, `close` and `extract_payload` set the result: `leader`, `payload`,
+    `height`, `complete`, `missing_bytes`.
     """
 
     def __init__(
-        self, header: PacketHeader, layout: BlockLayout, buffer: NDArray[np.uint8] | None, now: float
+        self,
+        header: PacketHeader,
+        layout: BlockLayout,
+        resender: Resender,
+        memory: NDArray[np.uint8] | None,
+        now: float,
     ) -> None:
-        """Begin the block of a packet. `buffer` is None if none was free: the block is then only counted."""
-        super().__init__(header.block_id, header.extended, layout.max_payload_packets + 2, now)
+        """Begin the block of a packet. `memory` is None if none was free: the block is then only counted."""
+        self.block_id = header.block_id
+        self.extended = header.extended
         self.layout = layout
         self._stride = layout.stride
         "That of the packets stored so far."
-        self.buffer = buffer
+        self._data = BlockBuffer(memory, layout.payload_size)
+        self.received = np.zeros(layout.max_payload_packets + 2, np.uint8)
+        "1 for each packet received, by packet id."
+        self.received_count = 0
+        self.highest = -1
+        "Highest packet id received."
+        self.first_packet_at = now
+        self.last_packet_at = now
+        self._policy = resender.policy
+        self._requests = BlockRequests(resender)
+        self._checked_at = -NEVER
+        "Time of the last check for packets to request."
+        self._tail_checked = -NEVER
+        "`last_packet_at` when the block's end was last checked."
         self.leader: Leader | None = None
         "For an incomplete block this may be the leader of the previous block."
         self.trailer: Trailer | None = None
@@ -123,16 +105,12 @@ class Block(PacketAccount):
         "Packet id of the trailer, once received."
         self.refused = False
         "True if the block is no image or exceeds the buffer: nothing is stored, no resend is requested."
-        self.extent = 0
-        "End of the data received, in bytes from the start of the payload."
-        self.ended_short = False
-        "Whether the packet at `extent` was shorter than a full one, so nothing follows it."
-        self.clipped = 0
-        "Packets with padding beyond the end of the payload."
+        self._ended_short = False
+        "Whether a packet was shorter than a full one, so nothing follows it."
         self.complete = False
         "Whether every byte arrived; set by `close`."
         self.payload: NDArray[np.uint8] = np.zeros(0, np.uint8)
-        "In `buffer`: the whole payload; set by `extract_payload`."
+        "In the block's memory: the whole payload; set by `extract_payload`."
         self.height = 0
         "Lines that the camera sent; set by `extract_payload`."
         self.missing_bytes = 0
@@ -141,21 +119,164 @@ class Block(PacketAccount):
         "Device ticks of an H.264 image, which its leader does not have."
         self._flows: Flows | None = None
         "Of a GenDC container."
-        self._pieces: list[tuple[int, int, int]] = []
-        "Packet id, begin and end of the data in packets that carry their position."
-        self._unfilled: list[tuple[int, int]] = []
-        "Begin and end of what a short packet, or the trailer, left of its place in the buffer as it was."
 
-    def store(self, header: PacketHeader, body: memoryview) -> None:
+    @property
+    def counted_only(self) -> bool:
+        """Whether no buffer was free when the block began."""
+        return self._data.memory is None
+
+    @property
+    def clipped(self) -> int:
+        """Packets with padding beyond the end of the payload."""
+        return self._data.clipped
+
+    def take(self, header: PacketHeader, body: memoryview, now: float) -> int:
+        """Take a packet that was not received before; return how many of one were resent.
+
+        Raises RemoteProtocolError.
+        """
+        self._store(header, body)
+        packet_id = header.packet_id
+        self._make_room(packet_id + 1)
+        return self._note(slice(packet_id, packet_id + 1), 1, packet_id, header.sent_again, now)
+
+    def take_in_order(self, first: int, bodies: NDArray[np.uint8], now: float) -> int:
+        """Take new full payload packets that follow each other from the `first` id on; the last must fit.
+
+        Returns how many were resent.
+        """
+        self._data.place_in_order(first, bodies)
+        return self._note_in_order(first, len(bodies), now)
+
+    def take_placed(self, first: int, count: int, now: float) -> int:
+        """Take new full packets whose data is in its `next_places` already; return how many were resent."""
+        self._data.extent = max(self._data.extent, (first + count - 1) * self.layout.stride)
+        return self._note_in_order(first, count, now)
+
+    def take_run(self, run: PacketRun, rows: NDArray[np.uint8], at: NDArray[np.intp], now: float) -> int:
+        """Take new full payload packets, the i-th of the run from `rows[at[i]]`; the highest must fit.
+
+        Returns how many were resent.
+        """
+        self._data.place_run(run, rows, at)
+        return self._note(run.places(), len(at), run.highest, run.resent, now)
+
+    def _note_in_order(self, first: int, count: int, now: float) -> int:
+        end = first + count
+        self._make_room(end)
+        return self._note(slice(first, end), count, end - 1, False, now)
+
+    def _note(self, ids: Ids, count: int, highest: int, resent: NDArray[np.bool_] | bool, now: float) -> int:
+        """Account for `count` new packets up to `highest`, and for the gaps before them."""
+        answers = self._requests.note_received(ids, len(self.received), now, resent)
+        expected = self.highest + 1
+        self.received[ids] = 1
+        self.received_count += count
+        self.last_packet_at = now
+        if highest < expected:
+            return answers
+        self.highest = highest
+        if self._policy.enabled and not self.refused:
+            begin = ids.start if isinstance(ids, slice) else highest
+            if begin > expected:
+                missing = expected + (self.received[expected:begin] == 0).nonzero()[0]
+                if len(missing):
+                    self._requests.note_missing(missing, len(self.received), highest, self._period(now), now)
+        return answers
+
+    def _period(self, now: float) -> float:
+        """Return the mean time between packets in seconds."""
+        return (now - self.first_packet_at) / max(self.highest, 1)
+
+    def _make_room(self, packets: int) -> None:
+        """Grow `received` to at least `packets` entries."""
+        if packets > len(self.received):
+            self.received = grown(self.received, packets)
+
+    def has(self, packet_id: int) -> bool:
+        """Return whether a packet was received."""
+        return packet_id < len(self.received) and bool(self.received[packet_id])
+
+    def has_any(self, first: int, end: int) -> bool:
+        """Return whether one of the packets from `first` up to `end` was received."""
+        return bool(self.received[first:end].any())
+
+    def new_of(self, run: PacketRun) -> NDArray[np.bool_] | None:
+        """Return which packets of a run were not received before; None if that is so for all."""
+        self._make_room(run.highest + 1)
+        if run.increasing and not self.received[run.places()].any():
+            return None
+        new: NDArray[np.bool_] = (self.received[run.ids] == 0) & run.first_occurrences()
+        return new
+
+    def missing(self, end: int) -> NDArray[np.intp]:
+        """Return the ids of missing packets up to and including `end`."""
+        self._make_room(end + 1)
+        ids: NDArray[np.intp] = np.flatnonzero(self.received[: end + 1] == 0)
+        return ids
+
+    def note_duplicate(self, packet_id: int) -> None:
+        """Note that a packet arrived again."""
+        self._requests.note_duplicate(packet_id)
+
+    def note_unavailable(self, packet_id: int) -> None:
+        """Note that the device no longer has a packet: it is not requested again."""
+        self._requests.note_unavailable(packet_id)
+
+    def check_by(self, time: float) -> None:
+        """Check for missing packets at this time at the latest."""
+        self._requests.next_check = min(self._requests.next_check, time)
+
+    def check_time(self, *, arriving: bool) -> float:
+        """Return when to check for packets to request; with `arriving`, more arrive without a request."""
+        if not self._policy.enabled or self.refused:
+            return NEVER
+        check = self._requests.next_check
+        if arriving:
+            check = max(check, self._checked_at + self._policy.look_again)
+        if not self.only_leader and self.last_packet_at > self._tail_checked:
+            # The end of the last block may be lost, with nothing after it to show the gap.
+            check = min(check, self.last_packet_at + self._policy.tail_wait)
+        return check
+
+    def give_up_time(self, *, overtaken: bool) -> float:
+        """Return when to finish the block if nothing more arrives; `overtaken`: a later block has begun."""
+        if self.only_leader and not overtaken:
+            return NEVER
+        requesting = self._policy.enabled and self._requests.next_check != NEVER
+        patience = self._policy.reorder_wait if overtaken and not requesting else self._policy.give_up
+        return self.last_packet_at + patience
+
+    def request(self, now: float, *, overtaken: bool) -> None:
+        """Request the missing packets that are due."""
+        silent = now >= self.last_packet_at + self._policy.tail_wait
+        if silent:
+            self._tail_checked = self.last_packet_at
+        self._checked_at = now
+        missing = self.missing(self.last_packet_id() if silent or overtaken else self.highest)
+        self._requests.request_due(self.block_id, self.extended, missing, len(self.received), now)
+
+    def next_places(self) -> Places | None:
+        """Return where the next packets belong, as long as full packets of an image are expected."""
+        packets, stride, memory = self.payload_packets(), self.layout.stride, self._data.memory
+        if packets is None or memory is None or self.trailer_id is not None or self.highest < 0:
+            return None
+        full = min(packets, self.layout.payload_size // stride)
+        if self.highest >= full:
+            return None
+        size = (EXTENDED if self.extended else STANDARD).itemsize
+        return Places(self.highest + 1, size, memory[: full * stride].reshape(full, stride))
+
+    def _store(self, header: PacketHeader, body: memoryview) -> None:
         """Copy a packet's content to where it belongs. Raises RemoteProtocolError."""
         packet_id = header.packet_id
         if header.format == PacketFormat.PAYLOAD:
             self._check_length(packet_id, len(body))
             offset = self._offset_of(packet_id)
-            self._place(offset, self._without_padding(offset, body))
+            self._data.place(offset, body)
             if len(body) < self.layout.stride:
-                self.ended_short = True
-                self._unfilled.append((offset + len(body), offset + self.layout.stride))
+                self._ended_short = True
+                self._data.leave(offset + len(body), offset + self.layout.stride)
         elif packet_id != 0 and header.format in (PacketFormat.LEADER, PacketFormat.ALL_IN):
             raise RemoteProtocolError(f"a leader with packet_id {packet_id}, its id is 0")
         elif header.format == PacketFormat.LEADER:
@@ -164,60 +285,17 @@ class Block(PacketAccount):
             self._take_trailer(packet_id, body)
         elif header.format in (PacketFormat.MULTI_PART, PacketFormat.MULTI_ZONE):
             position = PartPosition.decode(body)
-            self._place_piece(packet_id, self._offset_in_block(position), body[PartPosition.SIZE :])
+            self._data.place_piece(packet_id, self._offset_in_block(position), body[PartPosition.SIZE :])
         elif header.format == PacketFormat.GENDC:
             self._take_gendc(packet_id, body)
         elif header.format == PacketFormat.H264:
             # Packets may be short, so each has a slot of its own until all are joined.
             self.timestamp = int.from_bytes(body[:8], "big")
-            self._place_piece(packet_id, self._offset_of(packet_id), body[8:])
+            self._data.place_piece(packet_id, self._offset_of(packet_id), body[8:])
         elif header.format == PacketFormat.ALL_IN:
             self._take_all_in(body)
         else:
             raise RemoteProtocolError(f"a packet of format {header.format}, which carries no image")
-
-    def store_in_order(self, first: int, bodies: NDArray[np.uint8]) -> None:
-        """Copy full payload packets that follow each other from the `first` id on. The last must fit."""
-        self.note_placed(first + len(bodies))
-        if self.buffer is not None and not self.refused:
-            stride = bodies.shape[1]
-            end = (first - 1 + len(bodies)) * stride
-            self.buffer[:end].reshape(-1, stride)[first - 1 :] = bodies
-
-    def next_places(self) -> Places | None:
-        """Return where the next packets belong, as long as full packets of an image are expected."""
-        packets, stride = self.payload_packets(), self.layout.stride
-        if packets is None or self.buffer is None or self.trailer_id is not None or self.highest < 0:
-            return None
-        full = min(packets, self.layout.payload_size // stride)
-        if self.highest >= full:
-            return None
-        size = (EXTENDED if self.extended else STANDARD).itemsize
-        return Places(self.highest + 1, size, self.buffer[: full * stride].reshape(full, stride))
-
-    def note_placed(self, end: int) -> None:
-        """Note that full packets lie in their places, up to the id before `end`."""
-        self.extent = max(self.extent, (end - 1) * self.layout.stride)
-
-    def store_rows(self, run: PacketRun, rows: NDArray[np.uint8], at: NDArray[np.intp]) -> None:
-        """Copy full payload packets, the i-th of the run from `rows[at[i]]`. The highest must fit."""
-        if run.consecutive and at[-1] - at[0] == len(at) - 1:
-            self.store_in_order(run.lowest, rows[at[0] : at[-1] + 1])
-            return
-        ids, stride = run.ids, rows.shape[1]
-        end = run.highest * stride
-        self.extent = max(self.extent, end)
-        if self.buffer is None or self.refused:
-            return
-        lines = self.buffer[:end].reshape(-1, stride)
-        breaks = ((ids[1:] - ids[:-1] != 1) | (at[1:] - at[:-1] != 1)).nonzero()[0]
-        begins = [0, *(breaks + 1).tolist()]
-        if SCATTERED * len(begins) > len(ids):
-            lines[ids - 1] = rows[at]
-            return
-        for begin, stop in zip(begins, [*begins[1:], len(ids)], strict=True):
-            line, row, count = int(ids[begin]) - 1, int(at[begin]), stop - begin
-            lines[line : line + count] = rows[row : row + count]
 
     def _take_leader(self, body: memoryview) -> None:
         self.leader = leader = Leader.decode(body)
@@ -241,6 +319,7 @@ class Block(PacketAccount):
     def _refuse(self, fault: str, details: str) -> None:
         """Store and request nothing more of the block."""
         self.refused = True
+        self._data.writable = False
         self.layout.refusal = f"{fault}: {details}"
         self.layout.warn_once(fault, details)
 
@@ -250,7 +329,7 @@ class Block(PacketAccount):
             raise RemoteProtocolError(f"trailer with packet_id {packet_id} after packet {self.highest}")
         self.trailer, self.trailer_id = trailer, packet_id
         offset = self._offset_of(packet_id)
-        self._unfilled.append((offset, offset + self.layout.stride))
+        self._data.leave(offset, offset + self.layout.stride)
 
     def _take_gendc(self, packet_id: int, body: memoryview) -> None:
         piece = GendcPosition.decode(body)
@@ -261,7 +340,7 @@ class Block(PacketAccount):
             self._flows = Flows(self.layout.payload_size)
         try:
             for known_id, offset, placed in self._flows.take(packet_id, piece, data):
-                self._place_piece(known_id, offset, placed)
+                self._data.place_piece(known_id, offset, placed)
         except RemoteProtocolError as error:
             self._refuse("a GenDC container", str(error))
 
@@ -287,7 +366,7 @@ class Block(PacketAccount):
         self._take_leader(body[:leader_size])
         self.trailer = Trailer.decode(body[leader_size : leader_size + trailer_size])
         self.trailer_id = 0
-        self._place(0, self._without_padding(0, body[leader_size + trailer_size :]))
+        self._data.place(0, body[leader_size + trailer_size :])
 
     def _check_length(self, packet_id: int, length: int) -> None:
         """Learn the stride from an image's first packet: it may differ from the register's value."""
@@ -296,31 +375,10 @@ class Block(PacketAccount):
         if packet_id == 1 and LEAST_STRIDE <= length < size and length != stride:
             log.info("packets carry %d bytes instead of %d", length, stride)
             self.layout.stride = length
-            if not self.extent:
+            if not self._data.extent:
                 self._stride = length
         elif not 0 < length <= stride:
             raise RemoteProtocolError(f"a packet with {length} bytes of payload, {stride} are a full one")
-
-    def _without_padding(self, offset: int, body: memoryview) -> memoryview:
-        """Cut the padding that some cameras add to the last packet, beyond the end of the payload."""
-        room = self.layout.payload_size - offset
-        if not 0 < room < len(body):
-            return body
-        self.clipped += 1
-        return body[:room]
-
-    def _place(self, offset: int, data: memoryview) -> None:
-        end = offset + len(data)
-        if offset < 0 or end > self.layout.payload_size:
-            raise RemoteProtocolError(f"data up to byte {end} of a payload of {self.layout.payload_size}")
-        if self.buffer is not None and not self.refused:
-            self.buffer[offset:end] = data
-        self.extent = max(self.extent, end)
-
-    def _place_piece(self, packet_id: int, offset: int, data: memoryview) -> None:
-        data = self._without_padding(offset, data)
-        self._place(offset, data)
-        self._pieces.append((packet_id, offset, offset + len(data)))
 
     @property
     def only_leader(self) -> bool:
@@ -372,8 +430,8 @@ class Block(PacketAccount):
             and self.trailer_id is None
             and leader.payload_bytes is None
             and leader.kind not in POSITIONED
-            and self.ended_short
-            and self.extent >= leader.image_bytes
+            and self._ended_short
+            and self._data.extent >= leader.image_bytes
             and self.received_count == self.highest + 1
         )
 
@@ -381,7 +439,7 @@ class Block(PacketAccount):
         """Decide whether the block is complete; no packet is stored afterwards."""
         if self._stride != self.layout.stride:  # packets are in wrong places
             self.refused = True
-        foreign = bool(self._pieces) and self.leader is not None and self.leader.kind not in POSITIONED
+        foreign = self._data.has_pieces and self.leader is not None and self.leader.kind not in POSITIONED
         self.complete = not foreign and (self.all_received() or self._ends_without_trailer())
 
     def extract_payload(self, leader: Leader) -> None:
@@ -389,10 +447,11 @@ class Block(PacketAccount):
 
         What did not arrive is zero, so that no earlier image shows through.
         """
-        assert self.buffer is not None
+        data, memory = self._data, self._data.memory
+        assert memory is not None
         if leader.kind == PayloadKind.H264:
-            self._join_pieces()
-        end = self._payload_end(leader, len(self.buffer))
+            data.join_pieces()
+        end = self._payload_end(leader, len(memory))
         self.height = leader.height
         lines = self.trailer.height if self.trailer is not None else 0
         if not leader.height and leader.is_image:
@@ -400,60 +459,26 @@ class Block(PacketAccount):
         elif self.complete and 0 < lines < leader.height:
             self.height = lines
         if not self.complete:
-            end = min(max(end, leader.image_bytes, leader.payload_bytes or 0), len(self.buffer))
-            if leader.kind in POSITIONED or self._pieces:
-                self.missing_bytes = self._blank_gaps(self.buffer[:end])
+            end = min(max(end, leader.image_bytes, leader.payload_bytes or 0), len(memory))
+            if leader.kind in POSITIONED or data.has_pieces:
+                self.missing_bytes = data.blank_gaps(end)
             else:
-                self.missing_bytes = self._blank_missing(self.buffer[:end])
+                self.missing_bytes = data.blank(end, self._missing_places(end))
         elif leader.kind not in POSITIONED:
-            _blank(self.buffer[:end], self._unfilled)
-        self.leader, self.payload = leader, self.buffer[:end]
+            data.blank(end)
+        self.leader, self.payload = leader, memory[:end]
 
     def _payload_end(self, leader: Leader, size: int) -> int:
         """Return where in the buffer the payload ends."""
+        extent = self._data.extent
         if self.trailer is not None and self.trailer.payload_bytes and not leader.parts:
-            return min(self.trailer.payload_bytes, self.extent if self.complete else size)
+            return min(self.trailer.payload_bytes, extent if self.complete else size)
         if leader.payload_bytes and not leader.is_image and self.complete:
-            return min(leader.payload_bytes, self.extent)  # a last packet may be padded
-        return self.extent
+            return min(leader.payload_bytes, extent)  # a last packet may be padded
+        return extent
 
-    def _join_pieces(self) -> None:
-        """Move the data of packets, each in its slot, together."""
-        assert self.buffer is not None
-        end = 0
-        pieces = sorted(self._pieces)
-        self._pieces = []
-        for packet_id, first, last in pieces:
-            self.buffer[end : end + last - first] = self.buffer[first:last].copy()
-            self._pieces.append((packet_id, end, end + last - first))
-            end += last - first
-        self.extent = end
-
-    def _blank_gaps(self, payload: NDArray[np.uint8]) -> int:
-        """Zero the gaps between packets with positions; return their number of bytes."""
-        at = blanked = 0
-        for first, last in sorted((first, last) for _, first, last in self._pieces):
-            if first > at:
-                payload[at:first] = 0
-                blanked += first - at
-            at = max(at, last)
-        payload[at:] = 0
-        return blanked + max(len(payload) - at, 0)
-
-    def _blank_missing(self, payload: NDArray[np.uint8]) -> int:
-        """Zero the missing packets; return their number of bytes."""
+    def _missing_places(self, end: int) -> list[tuple[int, int]]:
+        """Return begin and end of the places of missing packets, up to the byte `end` of the payload."""
         stride = self.layout.stride
-        ids = self.missing(-(-len(payload) // stride))
-        runs = id_runs(ids[ids > 0])  # 0 is the leader
-        missing = [((first - 1) * stride, last * stride) for first, last in runs]
-        return _blank(payload, missing + self._unfilled)
-
-
-def _blank(payload: NDArray[np.uint8], places: Iterable[tuple[int, int]]) -> int:
-    """Zero what lies between each begin and end; return the number of bytes."""
-    blanked = 0
-    for begin, end in places:
-        place = payload[begin:end]
-        place[:] = 0
-        blanked += len(place)
-    return blanked
+        ids = self.missing(-(-end // stride))
+        return [((first - 1) * stride, last * stride) for first, last in id_runs(ids[ids > 0])]  # 0: leader

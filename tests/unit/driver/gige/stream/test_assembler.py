@@ -26,7 +26,7 @@ from block_bench import (
 from gige_transcripts import lines
 from grabbergui.driver.gige.gvsp import Leader, PayloadKind, Trailer
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.block import MOST_PARTS
+from grabbergui.driver.gige.stream.block_layout import MOST_PARTS
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 
 
@@ -120,7 +120,7 @@ def test_a_few_packets_make_no_long_lists_of_others(length: int, stride: int) ->
         trailer = PacketHeader(PacketFormat.TRAILER, 1, packet_id).encode() + Trailer(1, 1250).encode()
         bench.feed([trailer])
         (waiting,) = bench.assembler._open
-        for packets in (waiting.received, waiting.requests.tries):
+        for packets in (waiting.received, waiting._requests.tries):
             assert len(packets) <= 2 * (size // min(stride, 512) + MOST_PARTS + 1)
 
 

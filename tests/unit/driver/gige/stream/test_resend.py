@@ -16,8 +16,9 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.resend import (
     NEVER,
     AnswerWindow,
+    BlockRequests,
     LearnedWait,
-    RequestLog,
+    Resender,
     ResendPolicy,
 )
 
@@ -313,7 +314,7 @@ def test_a_block_of_which_half_is_lost_is_just_worth_its_requests(
 
 
 def test_a_log_that_grows_keeps_what_it_knows() -> None:
-    log = RequestLog()
+    log = BlockRequests(Resender(ResendPolicy(), 0))
     log.make_room(4)
     log.note_requested(np.array([1]), 5.0, 0.5)
     log.missed_at[1] = 4.0
