@@ -27,7 +27,7 @@ HOMES = {
     "psutil": ("driver/gige", "net/yarp/os"),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),
-    **dict.fromkeys(QT, ("ui", "servo/ui")),
+    **dict.fromkeys(QT, ("ui", "rig/ui", "servo/ui")),
 }
 """Library: the only folders that import it."""
 

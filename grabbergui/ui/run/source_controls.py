@@ -13,6 +13,7 @@ from grabbergui.models.source_opener import SourceOpener
 from grabbergui.models.sources import GalleryModel, SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.models.triggers import Triggers
+from grabbergui.rig.ui.controller import NewRigController, RigController
 from grabbergui.terminal import remote_terminal
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.controllers.gallery import GalleryController
@@ -58,6 +59,10 @@ class SourceControls:
         self.status_bar = StatusController(window.status, window.image, context, self.status, messages)
         triggers = Triggers(sources, self.status, messages)
         self.triggers = TriggerController(window.image.triggerBar, context, triggers)
+        self.new_rig = NewRigController(
+            window.actionNewRig, context, self.source_list, self.sources.connect_to
+        )
+        self.rig = RigController(window.actionRig, context)
         self.recording.playRequested.connect(self.sources.play)
         self._join_actions(window)
 

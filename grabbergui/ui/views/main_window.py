@@ -114,6 +114,8 @@ class MainWindow(QMainWindow):
     actionDisconnect: QAction
     actionBeside: QAction
     actionNextSource: QAction
+    actionNewRig: QAction
+    actionRig: QAction
     actionStart: QAction
     actionStop: QAction
     actionShare: QAction

@@ -1,0 +1,124 @@
+"""*Camera → Rig…*: the sets of a rig, their skew, its cameras' clocks, the budget of its link."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QTreeWidgetItem, QWidget
+
+from grabbergui.models.language import driver_text, localized
+from grabbergui.rig.overview import BudgetOverview, RigOverview
+from grabbergui.ui.form_loader import load_form
+from grabbergui.ui.screen import fit_screen
+from grabbergui.ui.shown_text import set_cell_tooltip
+from grabbergui.ui.widgets.labels import ElidedLabel, restyle
+from grabbergui.ui.widgets.plots import ChannelPlot, PlotPlace
+
+FORM = Path(__file__).with_name("forms") / "rig_dialog.ui"
+
+
+class RigDialog(QDialog):
+    """Setters for what is known of the rig; signals for its budget."""
+
+    planRequested = pyqtSignal()
+    applyRequested = pyqtSignal()
+    removeRequested = pyqtSignal()
+
+    setsLabel: ElidedLabel
+    skewLabel: ElidedLabel
+    skewPlace: PlotPlace
+    cameraTable: QTreeWidget
+    planButton: QPushButton
+    applyButton: QPushButton
+    removeButton: QPushButton
+    budgetTable: QTreeWidget
+    outcomeLabel: QLabel
+    closeButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form(FORM, self)
+        self.skewPlace.furnish = self._furnish
+        self.planButton.clicked.connect(self.planRequested)
+        self.applyButton.clicked.connect(self.applyRequested)
+        self.removeButton.clicked.connect(self.removeRequested)
+        self.closeButton.clicked.connect(self.reject)
+        self.setOutcome("")
+        fit_screen(self)
+
+    def setTitle(self, name: str) -> None:
+        """Show which rig it is."""
+        self.setWindowTitle(self.tr("Rig {0}").format(name))
+
+    def setOverview(self, seen: RigOverview) -> None:
+        """Show how the rig is doing."""
+        counts = seen.counts
+        text = self.tr("{0} sets complete · {1} late · {2} incomplete")
+        self.setsLabel.setText(text.format(counts.complete, counts.late, counts.incomplete))
+        skews = (counts.skew_median_ns, counts.skew_p99_ns, counts.skew_worst_ns)
+        text = self.tr("Skew {0:.1f} µs (median) · {1:.1f} µs (p99) · {2:.1f} µs (worst)")
+        self.skewLabel.setText(localized(text.format(*(skew / 1000 for skew in skews))))
+        values = np.array(seen.skews_us)
+        self.skewPlace.plot.setChannels(np.arange(1 - len(values), 1), {"skew": values})
+        rows = [(each.name, str(each.frames), str(each.missing), each.clock) for each in seen.cameras]
+        _fill(self.cameraTable, rows)
+
+    def setBudget(self, planned: BudgetOverview) -> None:
+        """Show the budget of the link."""
+        for widget in (self.budgetTable, self.applyButton):
+            widget.setVisible(bool(planned.rows))
+        if not planned.rows:
+            self.setOutcome(self.tr("These cameras are on no link that they share."))
+            return
+        header, *rows = planned.rows
+        self.budgetTable.setHeaderLabels(self._header(header))
+        self.budgetTable.setColumnCount(len(header))
+        _fill(self.budgetTable, rows)
+        self.setOutcome(
+            "\n".join(driver_text(problem) for problem in planned.problems)
+            or self.tr("All frames fit into the link."),
+            good=not planned.problems,
+        )
+
+    def setOutcome(self, text: str, *, good: bool = True) -> None:
+        """Show what came of the last action."""
+        self.outcomeLabel.setText(text)
+        restyle(self.outcomeLabel, "problem", not good)
+
+    def _header(self, columns: Sequence[str]) -> list[str]:
+        words = {
+            "camera": self.tr("Camera"),
+            "frame": self.tr("Frame"),
+            "rate": self.tr("Rate"),
+            "packet": self.tr("Packet"),
+            "needs": self.tr("Needs"),
+            "share": self.tr("Share"),
+            "frame takes": self.tr("Frame takes"),
+            "set": self.tr("Set"),
+        }
+        return [words.get(column, column) for column in columns]
+
+    def _furnish(self, plot: ChannelPlot) -> None:
+        plot.nameAxes(self.tr("sets before the newest"), self.tr("µs"))
+
+
+def _fill(table: QTreeWidget, rows: Sequence[Sequence[str]]) -> None:
+    """Show these rows; those that stay keep their place and selection."""
+    grown = table.topLevelItemCount() < len(rows)
+    while table.topLevelItemCount() > len(rows):
+        table.takeTopLevelItem(table.topLevelItemCount() - 1)
+    while table.topLevelItemCount() < len(rows):
+        QTreeWidgetItem(table)
+    for row, texts in enumerate(rows):
+        item = table.topLevelItem(row)
+        assert item is not None
+        for column, text in enumerate(texts):
+            if item.text(column) != text:
+                item.setText(column, text)
+                set_cell_tooltip(item, column, text)
+    if grown:
+        for column in range(table.columnCount()):
+            table.resizeColumnToContents(column)
