@@ -38,6 +38,7 @@ class Unavailable(Enum):
         "Lack", "The source has no calibration: load one, or calibrate the camera."
     )
     RIG = QT_TRANSLATE_NOOP("Lack", "The source is no rig: “New rig…” makes one of several cameras.")
+    EVENTS = QT_TRANSLATE_NOOP("Lack", "The source reports no events.")
     CHANGE = QT_TRANSLATE_NOOP("Lack", "Nothing was changed since the source was opened.")
     UNDONE = QT_TRANSLATE_NOOP("Lack", "Nothing was undone.")
     ENTRIES = QT_TRANSLATE_NOOP("Lack", "The list is empty.")

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QTreeWidgetItem, QWidget
+from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QWidget
 
 from grabbergui.models.language import driver_text, localized
 from grabbergui.rig.overview import BudgetOverview, RigOverview
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
-from grabbergui.ui.shown_text import set_cell_tooltip
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.plots import ChannelPlot, PlotPlace
+from grabbergui.ui.widgets.table_rows import fill_rows
 
 FORM = Path(__file__).with_name("forms") / "rig_dialog.ui"
 
@@ -64,7 +64,7 @@ class RigDialog(QDialog):
         values = np.array(seen.skews_us)
         self.skewPlace.plot.setChannels(np.arange(1 - len(values), 1), {"skew": values})
         rows = [(each.name, str(each.frames), str(each.missing), each.clock) for each in seen.cameras]
-        _fill(self.cameraTable, rows)
+        _fill_and_size(self.cameraTable, rows)
 
     def setBudget(self, planned: BudgetOverview) -> None:
         """Show the budget of the link."""
@@ -76,7 +76,7 @@ class RigDialog(QDialog):
         header, *rows = planned.rows
         self.budgetTable.setHeaderLabels(self._header(header))
         self.budgetTable.setColumnCount(len(header))
-        _fill(self.budgetTable, rows)
+        _fill_and_size(self.budgetTable, rows)
         self.setOutcome(
             "\n".join(driver_text(problem) for problem in planned.problems)
             or self.tr("All frames fit into the link."),
@@ -105,20 +105,7 @@ class RigDialog(QDialog):
         plot.nameAxes(self.tr("sets before the newest"), self.tr("µs"))
 
 
-def _fill(table: QTreeWidget, rows: Sequence[Sequence[str]]) -> None:
-    """Show these rows; those that stay keep their place and selection."""
-    grown = table.topLevelItemCount() < len(rows)
-    while table.topLevelItemCount() > len(rows):
-        table.takeTopLevelItem(table.topLevelItemCount() - 1)
-    while table.topLevelItemCount() < len(rows):
-        QTreeWidgetItem(table)
-    for row, texts in enumerate(rows):
-        item = table.topLevelItem(row)
-        assert item is not None
-        for column, text in enumerate(texts):
-            if item.text(column) != text:
-                item.setText(column, text)
-                set_cell_tooltip(item, column, text)
-    if grown:
+def _fill_and_size(table: QTreeWidget, rows: Sequence[Sequence[str]]) -> None:
+    if fill_rows(table, rows):
         for column in range(table.columnCount()):
             table.resizeColumnToContents(column)

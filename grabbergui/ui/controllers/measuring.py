@@ -14,6 +14,7 @@ from grabbergui.core.environment import write_whole
 from grabbergui.core.features import FeatureDescription
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import Region
+from grabbergui.models.camera_events import CameraEvents
 from grabbergui.models.features.value_history import MOST_WATCHED, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.language import localized
@@ -174,9 +175,10 @@ class MeasuringController(QObject):
 class ValuesController(QObject):
     """Reads the plotted features while the plots are visible, and nothing otherwise."""
 
-    def __init__(self, panel: ValuesPanel, dock: Dock, context: SourceContext) -> None:
+    def __init__(self, panel: ValuesPanel, dock: Dock, context: SourceContext, events: CameraEvents) -> None:
         super().__init__(context.window)
         self._panel = panel
+        self._events = events
         self._dock = dock
         self._files = context.files
         self._messages = context.messages
@@ -254,7 +256,9 @@ class ValuesController(QObject):
         self._show(moment)
 
     def _show(self, now: float | None = None) -> None:
-        self._panel.setSamples(self._histories, time.time() if now is None else now)
+        now = time.time() if now is None else now
+        self._panel.setSamples(self._histories, now)
+        self._panel.setMarks([(at - now, name) for at, name in self._events.since(now - self._panel.span)])
 
     def _break(self) -> None:
         """Interrupt the curves: nothing is known of the time in between."""

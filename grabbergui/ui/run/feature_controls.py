@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from grabbergui.models.camera_events import CameraEvents
 from grabbergui.models.open_source import OpenSource
+from grabbergui.ui.controllers.camera_events import CameraEventsController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
@@ -26,7 +28,9 @@ class FeatureControls:
         self.lut = LutController(window.actionLookUpTable, context, self.work)
         undo = UndoActions(window.actionUndo, window.actionRedo)
         self.changes = ChangesController(undo, window.changes, rows, context)
-        self.values = ValuesController(window.values, window.valuesDock, context)
+        events = CameraEvents()
+        self.events = CameraEventsController(window.actionEvents, context, events)
+        self.values = ValuesController(window.values, window.valuesDock, context, events)
         self.favourites = FavouritesController(window, window.favourites, context, self.features)
         self.feature_menu = FeatureMenuController(context, rows, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)

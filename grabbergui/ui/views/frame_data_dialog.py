@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QTreeWidgetItem, QWidget
+from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QWidget
 
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
-from grabbergui.ui.shown_text import set_cell_tooltip
 from grabbergui.ui.widgets.columns import size_columns
+from grabbergui.ui.widgets.table_rows import fill_rows
 
 
 class FrameDataDialog(QDialog):
@@ -33,15 +33,5 @@ class FrameDataDialog(QDialog):
 
     def setRows(self, rows: Sequence[tuple[str, str]], *, chunks: bool) -> None:
         """Show names and values; with `chunks` there is chunk data among them."""
-        while self.table.topLevelItemCount() > len(rows):
-            self.table.takeTopLevelItem(self.table.topLevelItemCount() - 1)
-        while self.table.topLevelItemCount() < len(rows):
-            QTreeWidgetItem(self.table)
-        for row, texts in enumerate(rows):
-            item = self.table.topLevelItem(row)
-            assert item is not None
-            for column, text in enumerate(texts):
-                if item.text(column) != text:
-                    item.setText(column, text)
-                    set_cell_tooltip(item, column, text)
+        fill_rows(self.table, rows)
         self.hintLabel.setVisible(not chunks)

@@ -114,6 +114,7 @@ class MainWindow(QMainWindow):
     actionDisconnect: QAction
     actionBeside: QAction
     actionNextSource: QAction
+    actionEvents: QAction
     actionNewRig: QAction
     actionRig: QAction
     actionStart: QAction

@@ -345,9 +345,21 @@ class ValuesPanel(QWidget):
             self._remove_from_overlay(name)
             self._arrange()
 
+    @property
+    def span(self) -> float:
+        """The seconds that are shown."""
+        return _SPANS[self.spanBox.currentIndex()]
+
+    def setMarks(self, marks: Sequence[tuple[float, str]]) -> None:
+        """Mark events on all curves: seconds before now (negative) and name, oldest first."""
+        if self.togetherBox.isChecked():
+            self.overlay.setMarks(marks)
+        for row in self._rows.values():
+            row.plot.setMarks(marks)
+
     def setSamples(self, histories: Mapping[str, ValueHistory], now: float) -> None:
         """Show the samples up to `now`, in seconds since the epoch."""
-        span = _SPANS[self.spanBox.currentIndex()]
+        span = self.span
         if self.togetherBox.isChecked():
             self.overlay.setXRange(-span, 0, padding=0)
         for (name, row), colour in zip(self._rows.items(), itertools.cycle(COLOURS), strict=False):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PyQt5.QtCore import QEvent
+from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtGui import QColor, QPalette, QShowEvent
 from PyQt5.QtWidgets import QVBoxLayout, QWidget
 
@@ -19,6 +19,10 @@ CHANNEL_COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa
 """Colours of the channels that have one; others are drawn in the colour of text."""
 LABEL_ROOM = 44
 "Width of a time's label beneath a plot in pixels."
+
+
+MOST_MARKS, MOST_NAMED = 60, 8
+"Moments that a plot marks, and that it also names; more would hide its lines."
 
 
 class ValueAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
@@ -53,6 +57,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self.setMouseEnabled(False, False)
         self.hideButtons()
         self._lines: dict[str, pg.PlotDataItem] = {}
+        self._marks: list[pg.InfiniteLine] = []
         self._filled: bool = False
         self._colours: dict[str, str] = {}
         "Colours of lines that are no channels of an image."
@@ -70,6 +75,25 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
             self._lines[name] = self.plot()
         self._lines[name].setData(x, values, stepMode=None, connect="finite")
         self._dress()
+
+    def setMarks(self, marks: Sequence[tuple[float, str]]) -> None:
+        """Mark moments by vertical lines: x and name. Of more than `MOST_MARKS`, the last are shown."""
+        marks = marks[-MOST_MARKS:]
+        while len(self._marks) > len(marks):
+            self.removeItem(self._marks.pop())
+        while len(self._marks) < len(marks):
+            self._marks.append(pg.InfiniteLine(angle=90, label="", labelOpts={"position": 0.9}))
+            self.addItem(self._marks[-1], ignoreBounds=True)
+        ink = self.palette().color(QPalette.ColorRole.PlaceholderText)
+        for line, (x, name) in zip(self._marks, marks, strict=True):
+            line.setPos(x)
+            line.setPen(pg.mkPen(ink, style=Qt.PenStyle.DashLine))
+            line.label.setColor(ink)
+            line.label.setFormat(name if len(marks) <= MOST_NAMED else "")
+
+    def marks(self) -> list[float]:
+        """Return where the marks are."""
+        return [line.value() for line in self._marks]
 
     def removeLine(self, name: str) -> None:
         """Remove a line; does nothing if it is not shown."""
