@@ -131,7 +131,8 @@ def _persistent_ip(options: argparse.Namespace) -> int:
 
 
 def _trigger_group(options: argparse.Namespace) -> int:
-    from grabbergui.driver.gige.action_group import ActionGroup
+    from grabbergui.rig.action_group import ActionGroup
+    from grabbergui.rig.rig_file import TriggerEntry
 
     class Group(ActionGroup):
         """Names the options of this command in its messages."""
@@ -141,16 +142,17 @@ def _trigger_group(options: argparse.Namespace) -> int:
 
     with ExitStack() as stack:
         cameras = [stack.enter_context(opened(source)) for source in options.sources]
-        group = Group(
-            cameras,
-            options.group_key,
+        keys = TriggerEntry(
+            "action",
+            group_key=options.group_key,
             device_key=options.device_key,
             group_mask=options.group_mask,
-            ptp=not options.no_ptp,
+            ahead=options.ahead,
         )
+        group = Group(cameras, keys, ptp=not options.no_ptp, timeout=options.timeout)
         stack.enter_context(closing(group))
         group.start()
-        spreads = [group.spread_ns(group.fire(options.ahead, options.timeout)) for _ in range(options.frames)]
+        spreads = [group.fire().skew_ns for _ in range(options.frames)]
     clock, largest = "host" if options.no_ptp else "PTP", max(spreads) / 1000
     if options.json:
         print_json(

@@ -21,6 +21,7 @@ from grabbergui.library.streaming import DEPTH, FrameLoop
 from grabbergui.rig import rig_file
 from grabbergui.rig.camera_clock import CameraClock, ClockWatch
 from grabbergui.rig.frame_sets import MatchByTime
+from grabbergui.rig.rig_file import TriggerEntry
 from grabbergui.rig.set_frame import SetFrame
 from grabbergui.rig.set_stream import SetStream, set_times
 
@@ -145,15 +146,17 @@ class CameraGroup(Sequence[Camera]):
         without, it is executed on arrival. The streams stay on. Raises UsageError for other cameras,
         FeatureError, DeviceStatusError, FrameTimeoutError.
         """
-        from grabbergui.driver.gige.action_group import ActionGroup
+        from grabbergui.rig.action_group import ActionGroup
 
-        keys = {"device_key": device_key, "group_mask": group_mask}
-        group = ActionGroup([camera.grabber for camera in self], group_key, **keys, ptp=ptp)
+        keys = TriggerEntry(
+            "action", group_key=group_key, device_key=device_key, group_mask=group_mask, ahead=ahead
+        )
+        group = ActionGroup([camera.grabber for camera in self], keys, ptp=ptp, timeout=timeout)
         with contextlib.closing(group):
             group.start()
             for camera in self:
                 camera.start()  # it stays on, as after `grab`
-            return group.fire(ahead, timeout)
+            return list(group.fire().values())
 
     def frames(
         self, count: int | None = None, *, timeout: float | None = None, depth: int = DEPTH
