@@ -48,15 +48,12 @@ class ListedSource:
     "Why the last attempt to open it failed, as display text; empty if it did not."
 
     @property
-    def details(self) -> list[str]:
-        """The lines below the title as display text: maker and serial number, place, options, state."""
-        info = self.info
-        maker = " ".join(part for part in (info.vendor, info.model if info.user_name else "") if part)
-        shown_above = not info.serial or info.serial in info.short_title
-        serial = "" if shown_above else translate("Sources", "serial {0}").format(info.serial)
-        place = " · ".join(part for part in (_bus_text(info.bus), info.address) if part)
-        options = unquote(info.uri.partition("?")[2])
-        state = translate("Sources", "not connected")  # so that the card keeps its height
+    def detail(self) -> str:
+        """The line below the title as display text: a state worth mentioning, place, options, serial number.
+
+        One line in any state, so that the card keeps its height.
+        """
+        info, state = self.info, ""
         if self.lost:
             state = translate("Sources", "lost, reconnecting")
         elif self.connected:
@@ -65,8 +62,11 @@ class ListedSource:
             state = translate("Sources", "did not open")
         elif self.manual:
             state = translate("Sources", "added by hand")
-        lines = [" · ".join(part for part in (maker, serial) if part), place, options, state]
-        return [line for line in lines if line and line != info.short_title]
+        options = unquote(info.uri.partition("?")[2])
+        shown_above = not info.serial or info.serial in info.short_title
+        serial = "" if shown_above else translate("Sources", "serial {0}").format(info.serial)
+        address = "" if info.address == info.short_title else info.address
+        return " · ".join(part for part in (state, _bus_text(info.bus), address, options, serial) if part)
 
 
 def _bus_text(name: str) -> str:

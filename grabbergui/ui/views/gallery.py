@@ -7,7 +7,6 @@ from PyQt5.QtGui import QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PyQt5.QtWidgets import (
     QFrame,
     QLabel,
-    QScrollArea,
     QStyle,
     QStyleOption,
     QToolButton,
@@ -149,7 +148,6 @@ class Gallery(QWidget):
     filled = pyqtSignal(bool)
     """Whether there are tiles, after a change."""
 
-    scrollArea: QScrollArea
     tilesLayout: QVBoxLayout
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -162,15 +160,6 @@ class Gallery(QWidget):
     def tiles(self) -> list[CameraTile]:
         """The tiles from top to bottom."""
         return list(self._tiles)
-
-    def sizeHint(self) -> QSize:
-        """Return the height of all tiles."""
-        count, gap = len(self._tiles), self.tilesLayout.spacing()
-        return QSize(super().sizeHint().width(), count * (TILE_HEIGHT + gap) - gap)
-
-    def minimumSizeHint(self) -> QSize:
-        """Return room for one tile; the others scroll."""
-        return QSize(super().minimumSizeHint().width(), TILE_HEIGHT)
 
     def addTile(self) -> CameraTile:
         """Add a tile at the end."""
@@ -190,5 +179,4 @@ class Gallery(QWidget):
 
     def _arrange(self) -> None:
         self.setVisible(bool(self._tiles))
-        self.updateGeometry()
         self.filled.emit(bool(self._tiles))

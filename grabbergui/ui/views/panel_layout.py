@@ -66,6 +66,8 @@ class PanelLayout(QObject):
         "Whether docks move because of this class, not of the user."
         self._arranged_width = 0
         "Width of the window for which the column beside the image was last given its width."
+        self._sources_height = 0
+        "Height that the sources were last given."
         self._opened = False
         "Whether a panel needs more height than before, for which Qt makes the least room possible."
         for dock in self._docks:
@@ -83,6 +85,8 @@ class PanelLayout(QObject):
         if event is not None and event.type() in self._CAUSES[watched is self._window]:
             self._opened |= event.type() == QEvent.Type.ShowToParent and watched in self._tools
             QTimer.singleShot(0, self.adapt)  # once it is laid out
+        elif event is not None and event.type() == QEvent.Type.LayoutRequest and watched is self._sides[0]:
+            self._follow_sources()
         return False
 
     def adapt(self) -> None:
@@ -159,12 +163,18 @@ class PanelLayout(QObject):
             return
         heights = {features: centre.height()}
         if self._shown is PanelArrangement.STACKED:
-            heights[sources] = self._usual_sources(centre)
+            heights[sources] = self._sources_height = self._usual_sources(centre)
         for dock in self._tools:
             if not dock.visibleRegion().isEmpty():
                 heights[dock] = max(LEAST_TOOL, round(centre.height() * TOOLS_SHARE))
         heights[features] -= sum(list(heights.values())[1:])
         window.resizeDocks(list(heights), list(heights.values()), Qt.Orientation.Vertical)
+
+    def _follow_sources(self) -> None:
+        """Give the sources more height when there are more of them; the user may have made it less."""
+        centre = self._window.centralWidget()
+        if centre is not None and self._usual_sources(centre) > self._sources_height:
+            self.fit()
 
     def _usual_sources(self, centre: QWidget) -> int:
         return min(self._sides[0].sizeHint().height(), round(centre.height() * SOURCES_SHARE))

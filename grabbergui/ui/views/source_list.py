@@ -7,28 +7,21 @@ from collections.abc import Sequence
 from PyQt5.QtCore import (
     QEvent,
     QItemSelectionModel,
-    QModelIndex,
     QPoint,
-    QRect,
-    QSize,
     QStringListModel,
     Qt,
+    QTimer,
     pyqtSignal,
 )
-from PyQt5.QtGui import QColor, QFont, QFontMetrics, QKeySequence, QPainter, QPalette
+from PyQt5.QtGui import QKeySequence, QResizeEvent, QShowEvent
 from PyQt5.QtWidgets import (
-    QAbstractItemView,
     QCompleter,
     QLabel,
     QLineEdit,
-    QListWidget,
     QListWidgetItem,
     QMenu,
     QPushButton,
     QShortcut,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QToolButton,
     QWidget,
 )
@@ -41,108 +34,7 @@ from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.theme import icon
 from grabbergui.ui.views.gallery import Gallery
-from grabbergui.ui.widgets.labels import name_lines
-
-SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
-CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2
-
-PADDING = 9
-LINE_GAP = 2
-RADIUS = 6
-_SIDES = 2 * PADDING + 5
-"Pixels of a line's width that are not for text."
-
-
-class SourceDelegate(QStyledItemDelegate):
-    """Name, details, and the reason a source cannot be opened; a bar marks the one that is open.
-
-    The name is whole, on several lines where it is long, so that no two cameras seem the same. The vendor is
-    one of the details, so that the name has room for the serial number.
-    """
-
-    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
-        """Return the height of its lines."""
-        title, small = _fonts(option.font)
-        source: ListedSource = index.data(SOURCE_ROLE)
-        view = option.widget
-        viewport = view.viewport() if isinstance(view, QAbstractItemView) else None
-        width = (viewport.width() if viewport is not None else 200) - _SIDES
-        height = len(name_lines(source.info.short_title, title, width)) * QFontMetrics(title).height()
-        height += len(source.details) * (QFontMetrics(small).height() + LINE_GAP)
-        if source.info.note:
-            height += _wrapped(QFontMetrics(small), source.info.note, width) + LINE_GAP
-        return QSize(120, height + 2 * PADDING)
-
-    def paint(self, painter: QPainter | None, option: QStyleOptionViewItem, index: QModelIndex) -> None:
-        """Draw one source."""
-        if painter is None:
-            return
-        source: ListedSource = index.data(SOURCE_ROLE)
-        palette = option.palette
-        painter.save()
-        painter.setRenderHint(QPainter.Antialiasing)
-        card = option.rect.adjusted(1, 2, -1, -2)
-        self._paint_back(painter, option, card, bool(index.data(CURRENT_ROLE)))
-        title, small = _fonts(option.font)
-        hindered = bool(source.info.note)
-        ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
-        line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
-        for part in name_lines(source.info.short_title, title, line.width()):
-            line = _text(painter, line, title, ink, part, gap=0)
-        line.translate(0, LINE_GAP)
-        muted = palette.color(QPalette.PlaceholderText)
-        for detail in source.details:
-            line = _text(painter, line, small, ink if hindered else muted, detail)
-        if hindered:
-            line.setBottom(card.bottom())
-            painter.setPen(palette.color(QPalette.Active, QPalette.Text))
-            painter.drawText(line, Qt.TextFlag.TextWordWrap, source.info.note)
-        painter.restore()
-
-    def _paint_back(
-        self, painter: QPainter, option: QStyleOptionViewItem, card: QRect, current: bool
-    ) -> None:
-        accent = option.palette.color(QPalette.Highlight)
-        if option.state & QStyle.StateFlag.State_Selected:
-            fill = QColor(accent)
-            fill.setAlphaF(0.18)
-        else:
-            fill = option.palette.color(QPalette.Base)
-            if option.state & QStyle.StateFlag.State_MouseOver:
-                fill = option.palette.color(QPalette.AlternateBase)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(fill)
-        painter.drawRoundedRect(card, RADIUS, RADIUS)
-        if current:
-            painter.setBrush(accent)
-            painter.drawRoundedRect(QRect(card.x(), card.y() + 6, 3, card.height() - 12), 1.5, 1.5)
-
-
-def _wrapped(metrics: QFontMetrics, text: str, width: int) -> int:
-    """Return the height of a text in lines of that width."""
-    return metrics.boundingRect(QRect(0, 0, width, 1000), Qt.TextFlag.TextWordWrap, text).height()
-
-
-def _fonts(font: QFont) -> tuple[QFont, QFont]:
-    title, small = QFont(font), QFont(font)
-    title.setWeight(QFont.DemiBold)
-    small.setPointSizeF(font.pointSizeF() * 0.9)
-    return title, small
-
-
-def _text(painter: QPainter, line: QRect, font: QFont, ink: QColor, text: str, gap: int = LINE_GAP) -> QRect:
-    """Draw one line and return where the next one begins."""
-    metrics = QFontMetrics(font)
-    painter.setFont(font)
-    painter.setPen(ink)
-    here = QRect(line.x(), line.y(), line.width(), metrics.height())
-    painter.drawText(
-        here,
-        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-        metrics.elidedText(text, Qt.TextElideMode.ElideRight, here.width()),
-    )
-    return here.translated(0, metrics.height() + gap)
-
+from grabbergui.ui.widgets.source_cards import CURRENT_ROLE, SOURCE_ROLE, CardArea, SourceCards
 
 class SourceListView(QWidget):
     """Setters for the sources and the state; signals for the choice."""
@@ -166,10 +58,11 @@ class SourceListView(QWidget):
     forgetRequested = pyqtSignal(str)
     """The URI of a source the user added that is not wanted any more."""
 
-    gallery: Gallery
     addressEdit: QLineEdit
     refreshButton: QToolButton
-    sourceList: QListWidget
+    scrollArea: CardArea
+    gallery: Gallery
+    sourceList: SourceCards
     hintLabel: QLabel
     connectButton: QPushButton
     besideButton: QPushButton
@@ -181,16 +74,17 @@ class SourceListView(QWidget):
         self._current = ""
         self._select_current = False
         "Whether to select the current source once it is listed."
+        self._unseen = False
+        "Whether the selected source should come into view."
         self.gallery.filled.connect(self._hide_open)
+        if (bar := self.scrollArea.verticalScrollBar()) is not None:
+            bar.rangeChanged.connect(self._scroll)
         self._recent = QStringListModel(self)
         completer = QCompleter(self._recent, self)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.addressEdit.setCompleter(completer)
-        self.sourceList.setItemDelegate(SourceDelegate(self.sourceList))
-        self.sourceList.setMouseTracking(True)
-        if (viewport := self.sourceList.viewport()) is not None:
-            viewport.setAutoFillBackground(False)  # the cards lie on the window itself
+        self.sourceList.currentItemChanged.connect(lambda: self._show_selected())
         self.addressEdit.returnPressed.connect(self._on_address_entered)
         self.addressEdit.textChanged.connect(self._on_address_changed)
         self.refreshButton.clicked.connect(self.refreshRequested)
@@ -221,8 +115,6 @@ class SourceListView(QWidget):
         self._select_current &= all(source.info.uri != self._current for source in sources)
         before = self.sourceList.currentItem()
         current = "" if before is None else before.data(SOURCE_ROLE).info.uri
-        scroll_bar = self.sourceList.verticalScrollBar()
-        scrolled = 0 if scroll_bar is None else scroll_bar.value()
         blocked = self.sourceList.blockSignals(True)
         self.sourceList.clear()
         for source in sources:
@@ -231,18 +123,15 @@ class SourceListView(QWidget):
             item.setData(CURRENT_ROLE, source.info.uri == self._current)
             item.setData(
                 Qt.ItemDataRole.AccessibleTextRole,
-                " ".join((source.info.title, source.info.uri, *source.details, source.info.note)).strip(),
+                " ".join((source.info.title, source.info.uri, source.info.note, source.detail)).strip(),
             )
             set_tooltip(item, self._tooltip(source))
             if source.info.uri == current:
                 self.sourceList.setCurrentItem(item, QItemSelectionModel.SelectionFlag.NoUpdate)
             item.setSelected(source.info.uri == selected)
         self._hide_open()
-        self.sourceList.doItemsLayout()  # or the scroll bar's range is not yet known
-        if selected != chosen and (items := self.sourceList.selectedItems()):
-            self.sourceList.scrollToItem(items[0])
-        elif scroll_bar is not None:
-            scroll_bar.setValue(scrolled)
+        if selected != chosen:
+            self._show_selected()
         self.sourceList.blockSignals(blocked)
         self._update_button()
 
@@ -252,6 +141,8 @@ class SourceListView(QWidget):
         for row in range(self.sourceList.count()):
             if (item := self.sourceList.item(row)) is not None:
                 item.setHidden(tiles and item.data(SOURCE_ROLE).connected)
+        self.sourceList.updateGeometry()
+        self.scrollArea.updateGeometry()
 
     def setCurrent(self, uri: str, connected: bool) -> None:
         """Mark the source that is open or being opened; empty for none."""
@@ -304,6 +195,31 @@ class SourceListView(QWidget):
             self.besideRequested.emit(other)
         else:
             self.focusAddress()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Bring the selected source into view."""
+        super().showEvent(event)
+        self._show_selected()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Keep the selected source in view where it becomes lower."""
+        super().resizeEvent(event)
+        self._show_selected()
+
+    def _show_selected(self) -> None:
+        self._unseen = True
+        QTimer.singleShot(0, self._scroll)
+
+    def _scroll(self, *_: int) -> None:
+        """Scroll to the selected card; again while the list has not got the height of its cards."""
+        content, cards = self.scrollArea.widget(), self.sourceList
+        items = cards.selectedItems()
+        if not self._unseen or content is None or not items or items[0].isHidden():
+            return
+        card = cards.visualItemRect(items[0])
+        self._unseen = content.height() < cards.y() + card.bottom()
+        card.moveTopLeft(cards.mapTo(content, card.topLeft()))
+        self.scrollArea.ensureVisible(card.center().x(), card.center().y(), 0, card.height() // 2 + 1)
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Redraw the button's icon in the colours of another theme."""

@@ -5,6 +5,7 @@ from PyQt5.QtCore import QSize, Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QAction, QApplication, QDockWidget
 
+from grabbergui.core.identity import DeviceInfo
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.panel_layout import PanelArrangement, arrangement_for
@@ -117,3 +118,14 @@ def test_the_width_of_the_panels_is_the_users(app):
     app.until(lambda: window.featuresDock.width() == 500)
     arranged(app, 1600, 900, PanelArrangement.STACKED)
     assert app.settled(window.featuresDock.width) == 500
+
+
+def test_the_sources_get_more_room_when_more_are_found(app):
+    """On a laptop's screen one card could be seen of all."""
+    window = app.window
+    arranged(app, 1366, 768, PanelArrangement.STACKED)
+    app.program.source_list.note_found([DeviceInfo(f"gige:{n}", serial=str(n), bus="GigE") for n in range(6)])
+    cards = window.sources.sourceList
+    app.until(lambda: cards.count() == 6)
+    app.until(lambda: cards.viewport().visibleRegion().boundingRect().height() > 2 * cards.sizeHintForRow(0))
+    app.until(lambda: window.featuresDock.height() > window.sourcesDock.height())

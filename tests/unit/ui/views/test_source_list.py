@@ -1,8 +1,21 @@
-"""The list of sources, while a search changes it."""
+"""The list of sources: what is in view, also while a search changes it."""
+
+import pytest
+from PyQt5.QtGui import QRegion
+from PyQt5.QtWidgets import QAbstractScrollArea, QApplication
 
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.sources import ListedSource
 from grabbergui.ui.views.source_list import SourceListView
+
+
+@pytest.fixture
+def view(qtbot):
+    made = SourceListView()
+    qtbot.addWidget(made)
+    made.resize(250, 300)
+    made.show()
+    return made
 
 
 def sources(count: int) -> list[ListedSource]:
@@ -10,29 +23,43 @@ def sources(count: int) -> list[ListedSource]:
     return [ListedSource(info) for info in infos]
 
 
-def test_what_is_in_view_stays_there_when_a_search_finds_another(qtbot):
-    view = SourceListView()
-    qtbot.addWidget(view)
-    view.resize(250, 300)
-    view.show()
+def is_in_view(view, row):
+    """Whether all of a card is seen."""
+    card = view.sourceList.visualItemRect(view.sourceList.item(row))
+    seen = view.sourceList.viewport().visibleRegion().intersected(QRegion(card))
+    return seen.boundingRect() == card
+
+
+def test_what_is_in_view_stays_there_when_a_search_finds_another(view, qtbot):
     view.setSources(sources(20))
     view.sourceList.setCurrentRow(12)
-    view.sourceList.verticalScrollBar().setValue(500)
+    qtbot.waitUntil(lambda: is_in_view(view, 12))
+    bar = view.scrollArea.verticalScrollBar()
+    bar.setValue(bar.value() - 20)
+    before = bar.value()
 
     view.setSources(sources(21))
+    QApplication.processEvents()
 
-    assert view.sourceList.verticalScrollBar().value() == 500
+    assert bar.value() == before
     assert view.sourceList.currentRow() == 12
 
 
-def test_the_source_that_is_opened_comes_into_view(qtbot):
-    view = SourceListView()
-    qtbot.addWidget(view)
-    view.resize(250, 300)
-    view.show()
-
+def test_the_source_that_is_opened_comes_into_view_also_in_a_lower_panel(view, qtbot):
     view.setCurrent("gige:127.0.0.15", True)
     view.setSources(sources(20))
+    qtbot.waitUntil(lambda: is_in_view(view, 15))
+    view.resize(250, 200)
+    qtbot.waitUntil(lambda: is_in_view(view, 15))
 
-    item = view.sourceList.selectedItems()[0]
-    assert view.sourceList.viewport().rect().intersects(view.sourceList.visualItemRect(item))
+
+def test_tiles_and_sources_scroll_together(view, qtbot):
+    """Tiles and list had a scroll bar each, and little room."""
+    view.setSources(sources(20))
+    for _ in range(4):
+        view.gallery.addTile()
+    heights = [view.sourceList.sizeHintForRow(row) for row in range(20)]
+    qtbot.waitUntil(lambda: view.sourceList.height() == sum(heights))
+    bars = [area.verticalScrollBar() for area in view.findChildren(QAbstractScrollArea)]
+    assert [bar for bar in bars if bar.isVisible()] == [view.scrollArea.verticalScrollBar()]
+    assert view.gallery.y() < view.sourceList.y()
