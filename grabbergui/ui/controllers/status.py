@@ -7,7 +7,7 @@ import time
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.models.diagnosis import Diagnosis, Stage, StreamObservation, diagnose
-from grabbergui.models.messages import Cause, MessageModel, Severity, UserMessage
+from grabbergui.models.messages import Cause, MessageModel, Offer, Severity, UserMessage
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.other_program import holder_name
 from grabbergui.models.status import MOST_STEP, Condition, SourceStatus, StatusModel
@@ -28,6 +28,12 @@ class StatusController(QObject):
     """The window's title, without the program's name."""
     lockChanged = pyqtSignal(str)
     """Why no feature can be written now; empty if they can."""
+    simulationRequested = pyqtSignal()
+    """The simulated camera is wanted in the empty window."""
+    addressRequested = pyqtSignal()
+    """An address is to be typed."""
+    doctorRequested = pyqtSignal()
+    """A camera is missing, and the user wants to know why."""
 
     def __init__(
         self,
@@ -44,6 +50,11 @@ class StatusController(QObject):
         self._image = context.image
         self._status = status
         self._messages = messages
+        self._beginnings = (
+            Offer(self.tr("Simulated camera"), self.simulationRequested.emit),
+            Offer(self.tr("Type an address"), self.addressRequested.emit),
+            Offer(self.tr("Why is mine missing?"), self.doctorRequested.emit),
+        )
         self._shown: OpenSource | None = None
         self._shown_for = 0.0
         self._looked = time.monotonic()
@@ -119,7 +130,7 @@ class StatusController(QObject):
         """Explain a missing image: in the middle of an empty view, else in a message."""
         note = self._note(source, status)
         if self._view.empty:
-            self._view.setNote(*note)
+            self._view.setNote(*note, self._beginnings if source is None else ())
         else:
             self._view.setNote("")
         summary, advice, stage = note
@@ -137,7 +148,7 @@ class StatusController(QObject):
         if source is None:
             return (
                 self.tr("Nothing is connected."),
-                self.tr("Choose one of the sources (F8), or type its address; sim: is the simulated camera."),
+                self.tr("Choose one of the sources (F8), or begin here:"),
                 None,
             )
         if condition is Condition.CONNECTING:

@@ -28,6 +28,9 @@ from grabbergui.ui.run.shut_down import Wait
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.share_chip import ShareChip
 
+FIRST_URI = "sim:colour"
+"""The source of a first start: a camera on which every control has an effect, white balance too."""
+
 
 class SourceControls:
     """The models of the open sources, and their controllers."""
@@ -76,6 +79,9 @@ class SourceControls:
         window.actionBeside.triggered.connect(window.sources.requestBeside)
         window.actionNextSource.triggered.connect(self.tiles.take_next)
         window.panesChosen.connect(self.tiles.show_panes)
+        self.status_bar.simulationRequested.connect(lambda: self.sources.connect_to(FIRST_URI))
+        self.status_bar.addressRequested.connect(window.actionAddress.trigger)
+        self.status_bar.doctorRequested.connect(window.actionDoctor.trigger)
         window.actionSearch.triggered.connect(self.source_list.refresh)
 
     def confirm_closing(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:

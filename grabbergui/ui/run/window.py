@@ -24,13 +24,12 @@ from grabbergui.ui.interface_language import speak
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.run.program import Program
 from grabbergui.ui.run.scripting import load_script, run_script
+from grabbergui.ui.run.source_controls import FIRST_URI
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
 
 log = logging.getLogger(__name__)
 
-FIRST_URI = "sim:colour"
-"""The source of a first start: a camera on which every control has an effect, white balance too."""
 SCREENSHOT_FRAMES = 20
 "Images to be painted before the screenshot is taken; by then the controls are filled."
 SCREENSHOT_PATIENCE = 30.0

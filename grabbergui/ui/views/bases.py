@@ -19,7 +19,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.quantities import ColourScale, PolarisedView
-from grabbergui.models.messages import UserMessage
+from grabbergui.models.messages import Offer, UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
@@ -83,8 +83,10 @@ class LiveImageView(Protocol):
     def minimised(self) -> bool:
         """Whether the window is minimised, so that nobody sees the image."""
 
-    def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
-        """Show a note in place of the image; with no summary, none."""
+    def setNote(
+        self, summary: str, advice: str = "", stage: Stage | None = None, offers: Sequence[Offer] = ()
+    ) -> None:
+        """Show a note in place of the image, with buttons for what it offers; with no summary, none."""
 
     def setAge(self, seconds: float | None) -> None:
         """Dim an image that nothing follows, and show its age; with None, show it as it is."""

@@ -22,6 +22,7 @@ from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.points import BACKGROUND
 from grabbergui.models.image.quantities import ColourScale
+from grabbergui.models.messages import Offer
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.views.bases import NOTHING_BESIDE
@@ -216,9 +217,11 @@ class ImageView(QWidget):
             return text, self.tr("Draw a line; Esc cancels.")
         return text, self.tr("Draw a region; Esc cancels.")
 
-    def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
-        """Show a note in place of the image; with no summary, none."""
-        self.note.setNote(summary, advice, stage)
+    def setNote(
+        self, summary: str, advice: str = "", stage: Stage | None = None, offers: Sequence[Offer] = ()
+    ) -> None:
+        """Show a note in place of the image, with buttons for what it offers; with no summary, none."""
+        self.note.setNote(summary, advice, stage, offers)
         self._place_note()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:

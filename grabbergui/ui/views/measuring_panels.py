@@ -37,6 +37,9 @@ from grabbergui.ui.widgets.plots import ChannelPlot, PlotPlace
 HEADROOM = 1.1
 "Height of the plot, as a multiple of the highest count between its ends."
 
+FIGURES_GAP, NO_BREAK = "    ", "\N{NO-BREAK SPACE}"
+"Between figures, and within one."
+
 
 class HistogramPanel(QWidget):
     """Setters for the histogram and the levels; a signal for levels that were dragged."""
@@ -45,7 +48,7 @@ class HistogramPanel(QWidget):
     """The levels shown as black and as white, as fractions of the sensor's range."""
     levelsReset = pyqtSignal()
 
-    figuresLabel: ElidedLabel
+    figuresLabel: QLabel
     logBox: QCheckBox
     fitButton: QPushButton
     resetButton: QPushButton
@@ -81,7 +84,12 @@ class HistogramPanel(QWidget):
             f"{titles.get(name, name)} {histogram.mean(name):.1f}" for name in histogram.channels
         )
         text = self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black")
-        self.figuresLabel.setText(localized(text.format(means, histogram.saturated, histogram.black)))
+        figures = localized(text.format(means, histogram.saturated, histogram.black))
+        means, *shares = figures.split(FIGURES_GAP)
+        # A narrow panel breaks the line between two figures, not within one.
+        self.figuresLabel.setText(
+            FIGURES_GAP.join([means, *(share.replace(" ", NO_BREAK) for share in shares)])
+        )
         self._draw()
 
     def setLevels(self, black: float, white: float) -> None:

@@ -36,6 +36,7 @@ from grabbergui.ui.theme import icon
 from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.widgets.source_cards import CURRENT_ROLE, SOURCE_ROLE, CardArea, SourceCards
 
+
 class SourceListView(QWidget):
     """Setters for the sources and the state; signals for the choice."""
 

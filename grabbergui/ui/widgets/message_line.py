@@ -21,7 +21,7 @@ from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.keys import Popup
 from grabbergui.ui.theme import icon_pixmap
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
-from grabbergui.ui.widgets.messages import _ICONS, MessageList, _fill_offers
+from grabbergui.ui.widgets.messages import _ICONS, MessageList, fill_offers
 
 LIST_WIDTH = 560
 "Width of the list of all messages in pixels."
@@ -123,7 +123,7 @@ class MessageLine(QFrame):
         texts = (message.sentence, message.cause_first) if message is not None else ("",)
         self.textLabel.setTexts(*texts)
         self.setAccessibleName(self.textLabel.text())
-        _fill_offers(self.offersLayout, message.offers if message is not None else ())
+        fill_offers(self.offersLayout, message.offers if message is not None else ())
         if message is not None:
             self._draw_icon()
         restyle(self, "message", message.severity.value if message is not None else "")

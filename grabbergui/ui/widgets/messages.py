@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from PyQt5.QtCore import QEvent, QTimer, pyqtSignal
 from PyQt5.QtWidgets import (
+    QBoxLayout,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -23,7 +24,7 @@ _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "
 "Names of the icons before messages."
 
 
-def _fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
+def fill_offers(layout: QBoxLayout, offers: Sequence[Offer]) -> None:
     """Fill a layout with a button for each offer. Buttons with the same labels stay: one may be pressed."""
     buttons = [item.widget() for item in map(layout.itemAt, range(layout.count())) if item is not None]
     present = [button for button in buttons if isinstance(button, QPushButton)]
@@ -61,7 +62,7 @@ class MessageBar(QFrame):
         self.setAccessibleName(message.sentence)
         self._severity = message.severity
         self._draw_icon()
-        _fill_offers(self.offersLayout, message.offers)
+        fill_offers(self.offersLayout, message.offers)
         self.closeButton.clicked.connect(self.dismissed)
 
     def changeEvent(self, event: QEvent | None) -> None:

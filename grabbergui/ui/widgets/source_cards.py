@@ -30,8 +30,8 @@ _SIDES = 2 * PADDING + 5
 class SourceDelegate(QStyledItemDelegate):
     """Name, a line of details, and the reason a source cannot be opened; a bar marks the one that is open.
 
-    The name is whole, on several lines where it is long, so that no two cameras seem the same. The details are
-    one line, elided; the tooltip has all of them.
+    The name is whole, on several lines where it is long, so that no two cameras seem the same. The details
+    are one line, elided; the tooltip has all of them.
     """
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:

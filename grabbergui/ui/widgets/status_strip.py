@@ -44,9 +44,9 @@ class StatusStrip(QWidget):
         load_form("status_strip", self)
         self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
         self._by_importance: tuple[QWidget, ...] = (
-            self.clippingButton, self.lossLabel, self.rateLabel, self.zoomBox, self.formatLabel,
+            self.clippingButton, self.lossLabel, self.rateLabel, self.formatLabel,
             self.bandwidthLabel)  # fmt: skip
-        "The most important first."
+        "What a message may replace, the most important first. The zoom stays: its buttons are controls."
         # The same with and without a message, so that nothing moves when one comes.
         self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
         self.setClipping("")
@@ -137,8 +137,11 @@ class StatusStrip(QWidget):
         gap = layout.spacing() if layout is not None else 0
         margins = layout.contentsMargins() if layout is not None else self.contentsMargins()
         least = min(self.messages.fullWidth, MOST_MESSAGE) if self.messages.messages else LEAST_TITLE
-        room = self.width() - margins.left() - margins.right() - least
-        room -= self.stateLabel.sizeHint().width() + gap
+        room = self.width() - margins.left() - margins.right() - LEAST_TITLE
+        for part in (self.stateLabel, self.zoomBox):
+            room -= part.sizeHint().width() + gap
+        self.zoomBox.setVisible(room >= 0)
+        room -= least - LEAST_TITLE
         for part in self._by_importance:
             room -= part.sizeHint().width() + gap
             part.setVisible(room >= 0)

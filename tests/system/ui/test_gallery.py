@@ -7,7 +7,7 @@ import weakref
 from PyQt5.QtCore import Qt
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.views.source_list import SOURCE_ROLE
+from grabbergui.ui.widgets.source_cards import SOURCE_ROLE
 from patience import PATIENCE
 
 GREY = "sim:?width=320&height=240"

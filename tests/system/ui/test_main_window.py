@@ -23,7 +23,7 @@ from grabbergui.ui import theme
 from grabbergui.ui.editors.feature_editor import ReadingLabel
 from grabbergui.ui.editors.number_editors import RangeEditor
 from grabbergui.ui.theme import DARK, LIGHT
-from grabbergui.ui.views.source_list import SOURCE_ROLE
+from grabbergui.ui.widgets.source_cards import SOURCE_ROLE
 from patience import PATIENCE, attempts
 
 

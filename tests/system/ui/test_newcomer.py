@@ -14,7 +14,7 @@ from grabbergui.models.open_source import LinkState
 from grabbergui.sources import discover_kind
 from grabbergui.ui.run.window import first_sources
 from grabbergui.ui.views.settings_dialogs import SettingsReport
-from grabbergui.ui.views.source_list import SOURCE_ROLE
+from grabbergui.ui.widgets.source_cards import SOURCE_ROLE
 from patience import allowance
 
 

@@ -124,7 +124,8 @@ def test_the_sources_get_more_room_when_more_are_found(app):
     """On a laptop's screen one card could be seen of all."""
     window = app.window
     arranged(app, 1366, 768, PanelArrangement.STACKED)
-    app.program.source_list.note_found([DeviceInfo(f"gige:{n}", serial=str(n), bus="GigE") for n in range(6)])
+    found = [DeviceInfo(f"gige:{n}", serial=str(n), bus="GigE") for n in range(6)]
+    app.program.source_controls.source_list.note_found(found)
     cards = window.sources.sourceList
     app.until(lambda: cards.count() == 6)
     app.until(lambda: cards.viewport().visibleRegion().boundingRect().height() > 2 * cards.sizeHintForRow(0))

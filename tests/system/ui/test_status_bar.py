@@ -5,10 +5,12 @@ import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QAbstractButton, QApplication
 
+from grabbergui import doctor
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.models.messages import NOTICE_SECONDS
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.views.source_list import SOURCE_ROLE
+from grabbergui.ui.run.source_controls import FIRST_URI
+from grabbergui.ui.widgets.source_cards import SOURCE_ROLE
 from patience import PATIENCE
 
 SMALL = "sim:?width=320&height=240"
@@ -173,6 +175,30 @@ def test_figures_of_one_camera_are_not_shown_of_the_next(app):
     assert not strip.rateLabel.text() and not strip.lossLabel.text()
     assert app.window.windowTitle() == "grabbergui"
     assert "Nothing is connected" in app.window.image.note.summaryLabel.text()
+
+
+def test_the_empty_window_offers_three_ways_to_begin(make_app, monkeypatch):
+    monkeypatch.setattr(doctor, "check", lambda: ())
+    app = make_app()
+    note, window = app.window.image.note, app.window
+
+    def button(text):
+        return next(b for b in note.findChildren(QAbstractButton) if b.text() == text and b.isVisible())
+
+    for size in ((1280, 800), (640, 360)):
+        window.resize(*size)
+        for text in ("Simulated camera", "Type an address", "Why is mine missing?"):
+            app.until(lambda text=text: button(text).visibleRegion().boundingRect() == button(text).rect())
+    button("Why is mine missing?").click()
+    app.until(lambda: app.program.help_controls.help.doctor is not None)
+    app.program.help_controls.help.doctor.close()
+    window.activateWindow()
+    button("Type an address").click()
+    app.until(window.sources.addressEdit.hasFocus)
+    button("Simulated camera").click()
+    app.watch()
+    assert str(app.program.open_sources.current.uri) == FIRST_URI
+    assert not note.isVisible()
 
 
 def test_a_dark_image_is_not_covered_by_its_message(app):

@@ -98,7 +98,12 @@ def test_below_its_name_a_source_has_one_line_in_any_state():
     camera = replace(CAMERA, bus="GigE Vision", address="10.0.0.3")
     states = [ListedSource(camera, connected=on, lost=lost) for on, lost in ((0, 0), (1, 0), (1, 1))]
     place = "GigE Vision · 10.0.0.3"
-    assert [line.detail for line in states] == [place, f"connected · {place}", f"lost, reconnecting · {place}"]
+    said = [line.detail for line in states]
+    assert said == [
+        place,
+        f"connected · {place}",
+        f"lost, reconnecting · {place}",
+    ]
 
 
 def test_options_are_decoded():

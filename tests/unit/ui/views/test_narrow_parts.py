@@ -9,19 +9,18 @@ import numpy as np
 import pytest
 from PyQt5.QtCore import QSize
 from PyQt5.QtGui import QIcon
-from PyQt5.QtWidgets import (
-    QWidget,
-)
+from PyQt5.QtWidgets import QAction, QApplication, QToolButton, QWidget
 
 from grabbergui.core.features import FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.measuring import Histogram
 from grabbergui.models.messages import UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import DARK, Theme, dress, icon, palette
 from grabbergui.ui.views.image_view import ImageView
-from grabbergui.ui.views.measuring_panels import FocusPanel
+from grabbergui.ui.views.measuring_panels import NO_BREAK, FocusPanel, HistogramPanel
 from grabbergui.ui.views.recording_bars import RecordingBar
 from grabbergui.ui.widgets.curve_row import CurveRow
 from grabbergui.ui.widgets.labels import ElidedLabel
@@ -85,6 +84,29 @@ def test_figures_make_way_for_a_message_that_keeps_its_place(strip):
     assert strip.messages.sizeHint().height() <= strip.height() == strip.maximumHeight()
     strip.setMessages([])
     assert not strip.bandwidthLabel.isHidden() and strip.titleLabel.isVisible()
+
+
+@pytest.mark.parametrize("width", [600, 780, 984])
+def test_a_message_hides_no_control_of_the_zoom(strip, width):
+    actions = [QAction(name, strip) for name in ("fit", "1:1", "in", "out", "turn")]
+    strip.addZoomActions(actions)
+    QApplication.processEvents()  # which shows them
+    strip.resize(width, strip.height())
+    strip.setMessages([UserMessage("the camera refused to write 12000 to ExposureAutoUpperLimit: " * 3)])
+    assert all(button.isVisible() for button in strip.zoomBox.findChildren(QToolButton))
+    assert strip.messages.isVisible() and strip.rateLabel.isHidden()
+
+
+def test_the_figures_of_a_histogram_are_whole_in_a_narrow_panel(qtbot):
+    """On a laptop the shares of saturated and black pixels, and the mean of blue, were elided."""
+    panel = HistogramPanel()
+    qtbot.addWidget(panel)
+    panel.resize(280, 200)
+    panel.show()
+    panel.setHistogram(Histogram(dict.fromkeys("RGB", np.full(256, 4)), 8))
+    label = panel.figuresLabel
+    assert label.text().replace(NO_BREAK, " ").endswith("0.39% saturated    0.39% black")
+    qtbot.waitUntil(lambda: label.heightForWidth(label.width()) <= label.height() < panel.height() / 3)
 
 
 def test_while_a_figure_is_shown_the_message_beside_it_is_whole(strip, qtbot):
