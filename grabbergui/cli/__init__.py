@@ -57,17 +57,6 @@ ON_FAILURE = (
     "`events` prints it as the last line. A command that a signal ends prints no such object."
 )
 """How scripts learn of a failure."""
-
-
-class PartialResultError(GrabberError):
-    """A command failed after it had a result, which `--json` prints beside the error, its cause."""
-
-    def __init__(self, message: str, result: dict[str, Any]) -> None:
-        super().__init__(message)
-        self.result = result
-        "As JSON."
-
-
 FAMILIES = {
     "gui": ("gui", "terminal"),
     "machine": ("list", "doctor", "setup", "paths"),
@@ -90,6 +79,17 @@ A command imports its own family alone, within `main`: the imports take long eno
 """
 COMMANDS = tuple(command for commands in FAMILIES.values() for command in commands)
 """All commands but those of guests."""
+_NARROWEST = 40
+"""Columns below which help is not wrapped any further."""
+
+
+class PartialResultError(GrabberError):
+    """A command failed after it had a result, which `--json` prints beside the error, its cause."""
+
+    def __init__(self, message: str, result: dict[str, Any]) -> None:
+        super().__init__(message)
+        self.result = result
+        "As JSON."
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -246,10 +246,6 @@ def command_parsers() -> dict[str, tuple[str, CommandParser]]:
 def sentence(text: str) -> str:
     """Return the text with a capital letter and a full stop."""
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."
-
-
-_NARROWEST = 40
-"""Columns below which help is not wrapped any further."""
 
 
 def columns() -> int:

@@ -19,6 +19,9 @@ if TYPE_CHECKING:  # help needs no numpy
     from grabbergui.core.features import Feature
     from grabbergui.core.grabber import ConnectionState, FrameGrabber
 
+LONGEST = 2_000_000
+"""Seconds, 23 days: Qt and the system count the milliseconds of a wait in 31 bits."""
+
 
 def count(text: str) -> int:
     """Parse a whole number of at least 1."""
@@ -65,10 +68,6 @@ def part(text: str) -> float:
     if value > 1:
         raise argparse.ArgumentTypeError(f"'{text}' is more than 100%; write 1% or 0.01")
     return value
-
-
-LONGEST = 2_000_000
-"""Seconds, 23 days: Qt and the system count the milliseconds of a wait in 31 bits."""
 
 
 def seconds(text: str) -> float:

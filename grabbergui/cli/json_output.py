@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+_SETTING_FILE = "path of the file"
+
 
 @dataclass(frozen=True)
 class JsonOutput:
@@ -14,8 +16,6 @@ class JsonOutput:
     fields: Mapping[str, str] = field(default_factory=dict)
     "Their meanings by name; empty if the names are those of features, files or paths."
 
-
-_SETTING_FILE = "path of the file"
 
 JSON_OUTPUT: dict[str, JsonOutput] = {
     "list": JsonOutput(

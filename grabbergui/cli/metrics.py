@@ -57,6 +57,7 @@ _COUNTERS = {
 
 Published = Mapping[str, Callable[[], int]]
 """The number of images sent, by network."""
+_MAX_TOKEN_BYTES = 1 << 16
 
 
 def exposition(grabber: FrameGrabber, published: Published) -> str:
@@ -95,9 +96,6 @@ def parse_address(text: str) -> tuple[str, int]:
     if not port.isascii() or not port.isdigit() or int(port) > 65535:
         raise UsageError(f"--metrics {text}: write HOST:PORT, or PORT for this machine only")
     return host.strip("[]") or DEFAULT_HOST, int(port)
-
-
-_MAX_TOKEN_BYTES = 1 << 16
 
 
 def read_token(path: str) -> str:

@@ -29,6 +29,14 @@ log = logging.getLogger(__name__)
 
 _SPELLED = str.maketrans({"×": "x", "…": "...", "→": "->", "–": "-", "±": "+-", "µ": "u", "°": " deg"})
 _NAME = "grabbergui.spelled"
+NOTES_PER_SECOND = 5.0
+"Most notes about the progress of something."
+LOG_FORMATS = ("text", "json")
+SAME = 1.0
+"""Seconds within which a second signal counts as the same request: terminal and launcher both send one."""
+PUT_OFF = 0.02
+"""Seconds until a postponed signal is tried again."""
+_MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
 def spell_out(stream: TextIO | None) -> None:
@@ -66,10 +74,6 @@ def passing_note(text: str) -> Iterator[Callable[[str], None]]:
         show("")
 
 
-NOTES_PER_SECOND = 5.0
-"Most notes about the progress of something."
-
-
 @contextmanager
 def progress_note(
     clock: Callable[[], float] = time.monotonic,
@@ -90,9 +94,6 @@ def progress_note(
                 show(text())
 
         yield progress
-
-
-LOG_FORMATS = ("text", "json")
 
 
 class JsonFormatter(logging.Formatter):
@@ -131,13 +132,6 @@ def set_up_log(level: str, kind: str) -> None:
     handler = logging.StreamHandler()
     handler.setFormatter(JsonFormatter() if kind == "json" else TextFormatter())
     logging.basicConfig(level=level.upper(), handlers=[handler])
-
-
-SAME = 1.0
-"""Seconds within which a second signal counts as the same request: terminal and launcher both send one."""
-PUT_OFF = 0.02
-"""Seconds until a postponed signal is tried again."""
-_MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
 def _requests_to_end() -> list[signal.Signals]:

@@ -24,6 +24,8 @@ from grabbergui.core.regular_files import read_bounded
 
 _ENTRY = re.compile(r"([^\s=]+)(?:\s*=\s*|\s+|$)(.*)")
 """`key value`, or `key = value` as in other dialects."""
+MAX_INI_BYTES = 1 << 20
+"Largest size of a configuration file."
 
 
 @dataclass
@@ -33,10 +35,6 @@ class IniSection:
     name: str
     "Empty for the keys before the first section."
     values: dict[str, str] = field(default_factory=dict)
-
-
-MAX_INI_BYTES = 1 << 20
-"Largest size of a configuration file."
 
 
 def read_ini(path: Path) -> str:

@@ -20,6 +20,8 @@ from grabbergui.core.features import parse_switch
 from grabbergui.core.uri import SIMULATED
 
 log = logging.getLogger(__name__)
+_YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wrapper"})
+"""Keys that YARP's own tools read from the same files."""
 
 
 def _option(
@@ -132,9 +134,6 @@ _NAMES: Mapping[str, str] = {
     if key
 }
 """The field of each key of a file."""
-
-_YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wrapper"})
-"""Keys that YARP's own tools read from the same files."""
 
 
 def _value(key: str, text: str, kind: str, where: str) -> Any:

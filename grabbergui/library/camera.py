@@ -60,6 +60,7 @@ _OF_DISTANCES = (ComponentKind.RANGE, ComponentKind.DISPARITY)
 _WATCHED: set[Camera] = set()
 "Open cameras with callbacks, which keep them open though nobody else may refer to them."
 _MADE: weakref.WeakSet[Camera] = weakref.WeakSet()
+_COMES_BACK = "it is opened again, and set as before, as soon as it answers"
 
 
 class Camera(FeatureAccess):
@@ -443,9 +444,6 @@ class Camera(FeatureAccess):
         report = load_onto(self._grabber, features, dry_run=dry_run)
         self._keep_trigger |= not dry_run and any(key.name == "TriggerMode" for key in features.settings)
         return report
-
-
-_COMES_BACK = "it is opened again, and set as before, as soon as it answers"
 
 
 def _leave_to_parent() -> None:

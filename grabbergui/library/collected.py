@@ -14,6 +14,11 @@ import weakref
 from collections.abc import Callable
 
 log = logging.getLogger(__name__)
+_WATCHES: dict[int, Watch] = {}
+"By id, for a weak reference that is gone calls nothing. A watch stays until its `end` has run."
+_GONE: queue.SimpleQueue[weakref.ref[object] | threading.Event] = queue.SimpleQueue()
+_STARTING = threading.Lock()
+_thread: threading.Thread | None = None
 
 
 class Watch(weakref.ref[object]):
@@ -36,13 +41,6 @@ class Watch(weakref.ref[object]):
             log.exception("closing what the program had left open")
         finally:
             _WATCHES.pop(id(self), None)
-
-
-_WATCHES: dict[int, Watch] = {}
-"By id, for a weak reference that is gone calls nothing. A watch stays until its `end` has run."
-_GONE: queue.SimpleQueue[weakref.ref[object] | threading.Event] = queue.SimpleQueue()
-_STARTING = threading.Lock()
-_thread: threading.Thread | None = None
 
 
 def when_collected(owner: object, end: Callable[[], object]) -> Watch:

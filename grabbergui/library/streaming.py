@@ -38,6 +38,7 @@ Get = Callable[[FrameQueue, float], Frame]
 Item = TypeVar("Item")
 Use = Callable[[], AbstractContextManager[None]]
 "Has the stream on as long as the context lasts; raises what starting it raises."
+_CLOSING: set[threading.Thread] = set()
 
 
 class StreamUse:
@@ -296,9 +297,6 @@ def begun(recorder: Recorder, use: Use) -> Recording:
         recorder.wait()
         raise
     return Recording(recorder, stream)
-
-
-_CLOSING: set[threading.Thread] = set()
 
 
 class Closing:

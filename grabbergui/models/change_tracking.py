@@ -31,6 +31,10 @@ CONSEQUENCES = 0.5
 "Seconds after a write in which other changes count as its consequences."
 MOST_KNOWN = 20_000
 "Most settings whose last value is remembered."
+MOST_WITHOUT_PAUSE = 4
+"Above this number of settings the stream is stopped once, instead of for each setting that needs it."
+Write = tuple[str, FeatureValue | None]
+"A feature and its value; None runs a command."
 
 
 class ChangeTrackingGrabber(SharedGrabber):
@@ -157,10 +161,6 @@ def every_instance(grabber: FeatureSource, name: str) -> dict[SettingKey, Featur
     return {key: value for key, value in values.items() if value is not None}
 
 
-MOST_WITHOUT_PAUSE = 4
-"Above this number of settings the stream is stopped once, instead of for each setting that needs it."
-
-
 def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
     """Undo or redo the next step, if any; return a sentence for each value that could not be restored.
 
@@ -186,10 +186,6 @@ def write_values(
     """Write settings as `settle` does; return a sentence for each that could not be set."""
     with stream_paused(grabber, len(values) > MOST_WITHOUT_PAUSE):
         return settle(grabber, values)
-
-
-Write = tuple[str, FeatureValue | None]
-"A feature and its value; None runs a command."
 
 
 def writes(changes: Iterable[Change]) -> list[Write]:

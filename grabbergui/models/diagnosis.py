@@ -24,6 +24,11 @@ WINDOW = 5.0
 "Seconds over which health is judged."
 NOTABLE = 0.001
 "Fraction of resent packets that is worth a colour: a few are lost on any network."
+PATIENCE = 2.0
+"Seconds without a frame before a diagnosis is shown."
+BLACK = 2.0
+"Mean of 8-bit pixels below which an image seems black."
+_GIGE = "GigE"
 
 
 class Health(Enum):
@@ -131,12 +136,6 @@ def _detail(statistics: StreamStatistics) -> str:
         )
         lines.append(text.format(statistics.overruns))
     return "\n".join(lines)
-
-
-PATIENCE = 2.0
-"Seconds without a frame before a diagnosis is shown."
-BLACK = 2.0
-"Mean of 8-bit pixels below which an image seems black."
 
 
 class Stage(Enum):
@@ -328,9 +327,6 @@ def _black(facts: CameraFacts) -> Diagnosis:
         frozenset({Role.GAIN}): translate("Diagnosis", "Raise the gain, or press E."),
     }.get(facts.brightened_by)
     return Diagnosis(Stage.DISPLAY, summary, f"{brighter} {advice}" if brighter else advice)
-
-
-_GIGE = "GigE"
 
 
 def _nothing_arrives(seen: StreamObservation) -> str:

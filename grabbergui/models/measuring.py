@@ -26,6 +26,11 @@ log = logging.getLogger(__name__)
 
 LEFT_OUT = 0.005
 "Fraction of the samples at either end that lie outside of levels fitted to an image."
+HISTORY_SECONDS = 60.0
+HISTORY_MOST = 1200
+"Most scores kept."
+PERIOD = 0.1
+"Seconds between two measurements: faster figures cannot be read."
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,11 +203,6 @@ def _parted(values: NDArray[Any], place: NDArray[Any], names: Sequence[str]) -> 
     return {name: np.where(kinds == name, values, np.nan) for name in sorted(set(names), key="RGBUV".find)}
 
 
-HISTORY_SECONDS = 60.0
-HISTORY_MOST = 1200
-"Most scores kept."
-
-
 def sharpness(frame: Frame, region: Region | None = None) -> float:
     """Return a score that is highest when the lens is in focus, to compare images of one scene.
 
@@ -245,10 +245,6 @@ class FocusHistory:
         """Forget all scores."""
         self._scores.clear()
         self.best = 0.0
-
-
-PERIOD = 0.1
-"Seconds between two measurements: faster figures cannot be read."
 
 
 @dataclass(frozen=True)

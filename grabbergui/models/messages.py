@@ -22,6 +22,8 @@ ERROR_SECONDS = 30.0
 "Seconds for which the failure of an action stays; it remains in the log."
 MOST_MESSAGES = 20
 "Most messages kept; the oldest are dropped."
+MOST_TEXT = 2000
+"Characters of a message; peers write errors."
 
 
 class Severity(Enum):
@@ -51,10 +53,6 @@ class Offer:
 
     label: str
     act: Callable[[], None] = field(compare=False)
-
-
-MOST_TEXT = 2000
-"Characters of a message; peers write errors."
 
 
 @dataclass(frozen=True)

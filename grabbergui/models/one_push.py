@@ -37,6 +37,26 @@ log = logging.getLogger(__name__)
 
 Tuning = Callable[[TuningRun], str]
 "Tunes a camera and returns its result as display text; raises GrabberError."
+PATIENCE = 10.0
+"Seconds that a camera's own mode may take, besides the time for its frames."
+ONCE_FRAMES = 20
+"Frames that such a mode may need."
+LOOK = 0.1
+"Seconds between two reads of the automatic mode."
+EXPOSURE_TARGET = 0.5
+"Mean of the region as a fraction of white."
+EXPOSURE_TOLERANCE = 0.02
+"Largest difference from the target that is good enough."
+EXPOSURE_STEPS = 16
+BALANCE_TOLERANCE = 0.01
+"Largest difference of red and blue from green, as a fraction of green, that is good enough."
+BALANCE_STEPS = 12
+DARKEST = 0.03
+"Fraction of white below which noise determines the colour."
+MOST_SATURATED = 0.1
+"Fraction of saturated pixels above which the colour is lost."
+COLOURS = {"R": "Red", "B": "Blue"}
+"Entry of BalanceRatioSelector for each adjusted channel; green stays."
 
 
 class OnePush:
@@ -109,14 +129,6 @@ class OnePush:
         return text.format(name, why, "; ".join(problems))
 
 
-PATIENCE = 10.0
-"Seconds that a camera's own mode may take, besides the time for its frames."
-ONCE_FRAMES = 20
-"Frames that such a mode may need."
-LOOK = 0.1
-"Seconds between two reads of the automatic mode."
-
-
 def can_expose(grabber: FeatureSource) -> bool:
     """Return whether a source has an exposure time or a gain; a recording has neither."""
     return any(grabber.role(role) is not None for role in (Role.EXPOSURE, Role.GAIN))
@@ -157,13 +169,6 @@ def let_camera(run: TuningRun, role: Role) -> str:
     name = run.call(lambda grabber: grabber.role(role)) or role.names[0]
     exposure = run.call(lambda grabber: grabber.feature(name))
     return translate("Tuning", "Exposure set by the camera: {0}").format(value_text(exposure))
-
-
-EXPOSURE_TARGET = 0.5
-"Mean of the region as a fraction of white."
-EXPOSURE_TOLERANCE = 0.02
-"Largest difference from the target that is good enough."
-EXPOSURE_STEPS = 16
 
 
 def expose(run: TuningRun, region: Region | None) -> str:
@@ -249,18 +254,6 @@ def _at_the_end(light: Light, parameters: list[TuningParameter]) -> str:
 
 def _exposure_text(parameters: list[TuningParameter]) -> str:
     return ", ".join(value_text(parameter.feature) for parameter in parameters)
-
-
-BALANCE_TOLERANCE = 0.01
-"Largest difference of red and blue from green, as a fraction of green, that is good enough."
-BALANCE_STEPS = 12
-DARKEST = 0.03
-"Fraction of white below which noise determines the colour."
-MOST_SATURATED = 0.1
-"Fraction of saturated pixels above which the colour is lost."
-
-COLOURS = {"R": "Red", "B": "Blue"}
-"Entry of BalanceRatioSelector for each adjusted channel; green stays."
 
 
 def balance(run: TuningRun, region: Region | None) -> str:

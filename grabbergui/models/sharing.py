@@ -38,6 +38,8 @@ END_SECONDS = 6.0
 NAME_SERVER = "127.0.0.1:10000"
 "Default address of a name server of this window: reached from this computer only."
 MOST_PORT = 0xFFFF
+MakeServer: TypeAlias = "Callable[[FrameGrabber, ShareOptions, NameServersHere, Terminal], Server]"
+"Makes a server, not yet started. Raises GrabberError."
 
 
 class NameServersHere:
@@ -78,10 +80,6 @@ class NameServersHere:
             servers, self._servers = list(self._servers.values()), {}
         for server in servers:
             server.close()
-
-
-MakeServer: TypeAlias = "Callable[[FrameGrabber, ShareOptions, NameServersHere, Terminal], Server]"
-"Makes a server, not yet started. Raises GrabberError."
 
 
 def _no_terminal(grabber: FeatureSource) -> Terminal:

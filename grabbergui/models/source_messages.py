@@ -16,6 +16,9 @@ from grabbergui.models.language import localized, translate
 from grabbergui.models.messages import ERROR_SECONDS, Cause, MessageModel, Offer, Severity, UserMessage
 from grabbergui.models.open_source import LinkState, OpenSource
 
+BACK_SECONDS = 10.0
+"Seconds for which the message stays that a source is back or failed to answer once."
+
 
 class CurrentMessages:
     """Posts messages about the source that is the current one at that moment. Any thread."""
@@ -44,10 +47,6 @@ class CurrentMessages:
             self.error(error_text(error))
         else:
             self.notice(done.format(path))
-
-
-BACK_SECONDS = 10.0
-"Seconds for which the message stays that a source is back or failed to answer once."
 
 
 class LinkMessages:

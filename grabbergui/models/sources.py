@@ -31,6 +31,8 @@ SEARCH_TIME = 0.6
 SIMULATED_SCHEME = "sim"
 KEEP_MISSES = 2
 "Searches that may miss a source before its line is removed: a broadcast or its answer may get lost."
+FEWEST = 2
+"Fewest open sources for which tiles are shown."
 
 
 @dataclass(frozen=True)
@@ -302,10 +304,6 @@ def with_description(uri: str, file: Path) -> str:
     """Return a source's URI with the option that takes its description from a file. Raises UsageError."""
     parsed = SourceUri.parse(uri)
     return str(replace(parsed, options={**parsed.options, "description": str(file)}))
-
-
-FEWEST = 2
-"Fewest open sources for which tiles are shown."
 
 
 @dataclass(eq=False)

@@ -30,6 +30,11 @@ from grabbergui.core.sfnc import (
     regulating,
 )
 
+BALANCE_SELECTOR = "BalanceRatioSelector"
+RED, BLUE = "Red", "Blue"
+_NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
+_ON, _OFF = "On", "Off"
+
 
 class FeatureId(IntEnum):
     """The features of a camera, by YARP's numbers; the same in 3.x and 4.0."""
@@ -120,11 +125,6 @@ ROLES: dict[FeatureId, Role] = {
 }
 
 _ROLE_OF_NUMBER: dict[int, Role] = {int(feature): role for feature, role in ROLES.items()}
-
-BALANCE_SELECTOR = "BalanceRatioSelector"
-RED, BLUE = "Red", "Blue"
-
-_NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
 
 
 class NumberedFeatures:
@@ -361,9 +361,6 @@ def _span(feature: Feature) -> tuple[float, float] | None:
         return None
     low, high = float(feature.minimum), float(feature.maximum)
     return (low, high) if low < high else None
-
-
-_ON, _OFF = "On", "Off"
 
 
 class FeatureModes:

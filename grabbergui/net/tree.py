@@ -40,6 +40,27 @@ SELECTING_VERSION = 2
 "From this version on a server takes selectors together with a name."
 TIMEOUT = 7.0
 """Seconds for one request; a command may take five in the camera."""
+IDLE = 10.0
+"""Seconds without a request after which the log stops listening: the grabber may poll its camera for this
+listener only."""
+MEMORY = 256
+"""Number of changes kept. A client that asks for older ones must assume that every feature changed."""
+VERSION = 2
+"From version 2 on, names may contain selectors, and `set` exists."
+_ANY = -1
+_REVISION_DIGITS = 20
+"""More than any revision has; Python refuses to parse thousands of digits."""
+Terminal = Callable[[str], str]
+"""Runs a line of a remote terminal and returns the text to print. Raises GrabberError. Any thread."""
+_ENUMS: dict[str, type[Enum]] = {
+    "kind": FeatureKind,
+    "visibility": Visibility,
+    "access": AccessMode,
+    "representation": Representation,
+}
+_MAX_DEPTH = 32
+"""Categories within categories."""
+_Built = TypeVar("_Built", Category, EnumEntry, Feature, FeatureDescription)
 
 
 class TreeFeatures:
@@ -126,14 +147,6 @@ class TreeFeatures:
         return self._names.intersection(map(str, names))
 
 
-IDLE = 10.0
-"""Seconds without a request after which the log stops listening: the grabber may poll its camera for this
-listener only."""
-
-MEMORY = 256
-"""Number of changes kept. A client that asks for older ones must assume that every feature changed."""
-
-
 class ChangeLog:
     """Numbers a grabber's changes. Thread-safe; has no thread of its own."""
 
@@ -184,16 +197,6 @@ class ChangeLog:
             listening, self._listening = self._listening, False
         if listening:
             self._grabber.features_changed.disconnect(self._note)
-
-
-VERSION = 2
-"From version 2 on, names may contain selectors, and `set` exists."
-_ANY = -1
-_REVISION_DIGITS = 20
-"""More than any revision has; Python refuses to parse thousands of digits."""
-
-Terminal = Callable[[str], str]
-"""Runs a line of a remote terminal and returns the text to print. Raises GrabberError. Any thread."""
 
 
 def no_terminal(line: str) -> str:
@@ -264,18 +267,6 @@ class TreeService:
             raise UsageError(f"revision '{revision[:40]}' is no whole number from 0 on")
         number, names = self._changes.since(int(revision))
         return {"revision": number, "names": names, **self._loss()}
-
-
-_ENUMS: dict[str, type[Enum]] = {
-    "kind": FeatureKind,
-    "visibility": Visibility,
-    "access": AccessMode,
-    "representation": Representation,
-}
-_MAX_DEPTH = 32
-"""Categories within categories."""
-
-_Built = TypeVar("_Built", Category, EnumEntry, Feature, FeatureDescription)
 
 
 def _plain_types(kind: type) -> dict[str, tuple[type, ...]]:

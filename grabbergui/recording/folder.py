@@ -32,6 +32,10 @@ from grabbergui.recording.writer import RecordingWriter
 NOTES_NAME = "frames.jsonl"
 IMAGE_SUFFIXES = (".png", *tiff_pages.SUFFIXES, ".jpg", ".jpeg", ".bmp", ".ppm", ".pgm")
 MAX_FILE_BYTES = 1 << 30
+_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]
+_TIFF = [cv2.IMWRITE_TIFF_COMPRESSION, 1]
+"""No compression."""
+_FOLDER_THREADS = min(4, os.cpu_count() or 2)
 
 
 @dataclass(frozen=True)
@@ -171,12 +175,8 @@ def _foreign(pixels: NDArray[Any], number: int, file: Path) -> FrameNote:
     return FrameNote(width=width, height=height, pixel_format=name, frame_id=number)
 
 
-_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]
 _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
 """For images of a noisy sensor, searching repetitions takes three times as long and makes larger files."""
-_TIFF = [cv2.IMWRITE_TIFF_COMPRESSION, 1]
-"""No compression."""
-_FOLDER_THREADS = min(4, os.cpu_count() or 2)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,27 @@ from pathlib import Path
 
 from grabbergui.core.errors import UsageError
 
+_NOT_WRITTEN = frozenset(
+    [
+        ".mkv",
+        ".avi",
+        ".mov",
+        ".webm",
+        ".bag",
+        ".db3",
+        ".npz",
+        ".png",
+        ".jpg",
+        ".jpeg",
+        ".bmp",
+        ".gif",
+        ".raw",
+        ".h5",
+        ".hdf5",
+    ]
+)
+"Endings of files that are not written, and that a folder would be mistaken for."
+
 
 class RecordingKind(Enum):
     """The kind of files of a recording."""
@@ -46,26 +67,6 @@ _BY_SUFFIX = {
     ".tiff": RecordingKind.STACK,
     ".npy": RecordingKind.NUMPY,
 }
-_NOT_WRITTEN = frozenset(
-    [
-        ".mkv",
-        ".avi",
-        ".mov",
-        ".webm",
-        ".bag",
-        ".db3",
-        ".npz",
-        ".png",
-        ".jpg",
-        ".jpeg",
-        ".bmp",
-        ".gif",
-        ".raw",
-        ".h5",
-        ".hdf5",
-    ]
-)
-"Endings of files that are not written, and that a folder would be mistaken for."
 
 
 def kind_of(

@@ -28,6 +28,10 @@ from grabbergui.recording.ros_recording import BESIDE_KEY, CAMERA_INFO, DEVICE_T
 from grabbergui.recording.stored_frames import note_of, unpacked
 from grabbergui.recording.writer import CalibrationOf, RecordingWriter
 
+SETS_TOPIC = "/rig/sets"
+"""Which frames of several cameras belong together (`std_msgs/String`, JSON). It follows the images, so a file
+that was cut short has whole sets only."""
+
 
 @dataclass
 class RecordedTopic:
@@ -36,11 +40,6 @@ class RecordedTopic:
     topic: str
     type: str
     messages: int = 0
-
-
-SETS_TOPIC = "/rig/sets"
-"""Which frames of several cameras belong together (`std_msgs/String`, JSON). It follows the images, so a file
-that was cut short has whole sets only."""
 
 
 class McapWriter(RecordingWriter):

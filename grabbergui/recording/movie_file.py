@@ -38,6 +38,11 @@ NEAR = 8
 _MISSING = "it is missing from the file"
 _FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
 "Containers that are opened. Playlists are excluded, as they name other files and hosts."
+_BEGINNINGS = ((4, b"ftyp"), (0, b"\x1a\x45\xdf\xa3"), (8, b"AVI "))
+"Position and value of the bytes that identify a movie: MP4 and similar, Matroska and WebM, AVI."
+_CUT = "is a movie that cannot be read: it was cut off or is damaged"
+_DEEP = re.compile(r"(gray|yuv4[0-9]{2}p)(10|12|14)[lb]e")
+"FFmpeg's formats with the value in the low bits of 16, as in Mono10."
 
 
 class MovieRecording(RecordingReader):
@@ -130,12 +135,6 @@ class MovieRecording(RecordingReader):
             yield from self._stream.decode(packet)
 
 
-_BEGINNINGS = ((4, b"ftyp"), (0, b"\x1a\x45\xdf\xa3"), (8, b"AVI "))
-"Position and value of the bytes that identify a movie: MP4 and similar, Matroska and WebM, AVI."
-
-_CUT = "is a movie that cannot be read: it was cut off or is damaged"
-
-
 def _unreadable(path: Path, error: FFmpegError | ValueError) -> str:
     """Return why a file is no readable movie, as FFmpeg reports `Invalid data` or EIO for most faults."""
     try:
@@ -188,10 +187,6 @@ def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[i
 def _time_of(frame: VideoFrame) -> int:
     time = frame.pts if frame.pts is not None else frame.dts
     return -1 if time is None else time
-
-
-_DEEP = re.compile(r"(gray|yuv4[0-9]{2}p)(10|12|14)[lb]e")
-"FFmpeg's formats with the value in the low bits of 16, as in Mono10."
 
 
 def _grey_bits(frame: VideoFrame) -> int | None:

@@ -44,6 +44,7 @@ LONGEST_GAP = 600_000_000
 "Most units between two frames. Longer pauses are shortened, as MP4 counts durations in 32 bits."
 FRAGMENT = 500_000
 "Units of time in a fragment, the most that a crash may cost."
+_X264 = {"preset": "ultrafast", "g": "25"}
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,6 @@ class _Encoder:
     "For Mono deeper than 8 bits; empty if such pixels are reduced to their eight highest bits."
 
 
-_X264 = {"preset": "ultrafast", "g": "25"}
 _ENCODERS = {
     RecordingKind.H264: _Encoder("libx264", {**_X264, "crf": "20"}),
     # Without losses, separate frames are faster than differences, and need no decoding of those before.

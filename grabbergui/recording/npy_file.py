@@ -29,6 +29,11 @@ _NAMES = {(1, "u1"): "Mono8", (1, "u2"): "Mono16", (3, "u1"): "RGB8", (3, "u2"):
           (1, "i1"): "Data8s", (1, "i2"): "Data16s", (1, "u4"): "Data32", (1, "i4"): "Data32s",
           (1, "f4"): "Coord3D_C32f", (3, "f4"): "Coord3D_ABC32f", (1, "f8"): "Data64f"}  # fmt: skip
 "Pixel formats of arrays without notes, by number of components and type of values; colours are R G B."
+_MAGIC = b"\x93NUMPY"
+_DESCRIBED = re.compile(r"'descr':\s*(?:'([^']{1,40})'|([^,]{1,60}))")
+_ORDER = re.compile(r"'fortran_order':\s*(True|False)\b")
+_SHAPE = re.compile(r"'shape':\s*\(((?:\s*\d{1,18}\s*,?)*)\s*\)")
+_NUMBERS = re.compile(r"[<>|=]?[uif][1248]")
 
 
 class NpyRecording(RecordingReader):
@@ -92,13 +97,6 @@ class NpyRecording(RecordingReader):
             self._unnoted = FrameNote(width=self._shape[1], height=self._shape[0], pixel_format=name)
         if not self.times_ns:
             raise UsageError(f"{self.path} holds no frames")
-
-
-_MAGIC = b"\x93NUMPY"
-_DESCRIBED = re.compile(r"'descr':\s*(?:'([^']{1,40})'|([^,]{1,60}))")
-_ORDER = re.compile(r"'fortran_order':\s*(True|False)\b")
-_SHAPE = re.compile(r"'shape':\s*\(((?:\s*\d{1,18}\s*,?)*)\s*\)")
-_NUMBERS = re.compile(r"[<>|=]?[uif][1248]")
 
 
 def _header_of(file: BufferedReader, path: Path) -> tuple[tuple[int, ...], np.dtype[Any]]:

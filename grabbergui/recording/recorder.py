@@ -49,6 +49,8 @@ ON_ITS_WAY = 1.0
 "Seconds after the time limit within which its last frame must arrive, or the recording ends without it."
 NOTICE_PERIOD = 0.2
 "Seconds between signals of progress."
+LEAST_SECONDS = 2.0
+"Seconds of a recording from which its rate is known well enough to foretell its end."
 
 
 @dataclass(frozen=True)
@@ -69,10 +71,6 @@ class RecordingLimits:
 
 
 UNLIMITED = RecordingLimits()
-
-
-LEAST_SECONDS = 2.0
-"Seconds of a recording from which its rate is known well enough to foretell its end."
 
 
 @dataclass(frozen=True)

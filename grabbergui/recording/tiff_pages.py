@@ -56,6 +56,7 @@ _CODES = {1: "B", 3: "H", 4: "I", 13: "I", 16: "Q", 18: "Q"}
 "How `struct` reads the types of whole numbers."
 _KINDS = {1: "u", 2: "i", 3: "f"}
 "NumPy's kind of each SampleFormat."
+_IMAGEJ = re.compile(rb"\AImageJ=[^\n]*\n(?:[^\n]*\n)*?images=(\d{1,7})\n")
 
 
 @dataclass(frozen=True)
@@ -234,9 +235,6 @@ def _page(number: int, tags: dict[int, Callable[[], Any]], order: str, size: int
     if not in_one_piece or sum(lengths) < whole or offsets[0] + whole > size:
         return page, len(offsets)
     return Page(number, width, height, dtype, samples, offsets[0]), len(offsets)
-
-
-_IMAGEJ = re.compile(rb"\AImageJ=[^\n]*\n(?:[^\n]*\n)*?images=(\d{1,7})\n")
 
 
 def _of_imagej(page: Page, tags: dict[int, Callable[[], Any]], size: int) -> list[Page]:

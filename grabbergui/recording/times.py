@@ -10,6 +10,7 @@ DEFAULT_RATE = 25.0
 
 _CLOCK_SET = 1_000_000_000
 "Nanoseconds. If the time decreases by more, the clock was set back."
+T = TypeVar("T")
 
 
 class Rising:
@@ -34,9 +35,6 @@ def rising(times: list[int]) -> list[int]:
     """Return the times of frames as converted by `Rising`."""
     clock = Rising()
     return [clock.next(time) for time in times]
-
-
-T = TypeVar("T")
 
 
 def in_order_of_receipt(items: list[T], time: Callable[[T], int]) -> list[T]:

@@ -51,6 +51,10 @@ STREAM_SECONDS = 10.0
 "Longest time that frames are awaited."
 LONGEST_PLAIN_REGISTER = 1 << 20
 "Bytes; longer registers of plain bytes, such as tables, are left out."
+Progress = Callable[[str], None]
+"""Called with the name of each step as display text."""
+_QUEUE_DEPTH = 32
+"Frames that wait while one is recorded."
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,6 @@ class ReportOptions:
     seconds: float = STREAM_SECONDS
     pixels: bool = False
     "Whether the first frames' pixels are kept."
-
-
-Progress = Callable[[str], None]
-"""Called with the name of each step as display text."""
 
 
 def report_on(uri: str, options: ReportOptions, progress: Progress) -> CameraReport:
@@ -311,10 +311,6 @@ class _Draft:
             log.info("%s: %s", what, error)
             self._answered = self._answered and not isinstance(error, SourceNotFoundError)
             self._problems.append(f"{what}: {type(error).__name__}: {error}")
-
-
-_QUEUE_DEPTH = 32
-"Frames that wait while one is recorded."
 
 
 def _open(grabber: FrameGrabber) -> None:

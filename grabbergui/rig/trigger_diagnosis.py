@@ -14,6 +14,23 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
 
+BOUNCE_NS = 1_000_000
+"Edges that follow each other within this are one contact that bounces."
+DOUBLE_PART = 0.35
+"Part of the usual distance between pulses, below which a second pulse is a double one."
+GAP = 1.5
+"Distances of more than this many usual ones have pulses missing between them."
+NEAR = 0.2
+"Part of the usual distance by which a pulse of a regular signal may differ from its time."
+LONGEST_GAP = 10
+"Usual distances; a longer one is a pause of the sender."
+REGULAR = 0.8
+"Part of the distances that must be the usual one, or gaps between them are no missing pulses."
+EDGE_NS = 50_000
+"Time between a trigger that is sent and its edge on the line that cables and inputs may take."
+AT_THE_LIMIT = 0.995
+"Part of the shortest period that a camera follows in spite of the jitter of its clock."
+
 
 class TriggerCause(Enum):
     """What is wrong."""
@@ -110,22 +127,6 @@ class TriggerFinding:
 
 
 WELL = TriggerFinding(TriggerCause.NONE)
-BOUNCE_NS = 1_000_000
-"Edges that follow each other within this are one contact that bounces."
-DOUBLE_PART = 0.35
-"Part of the usual distance between pulses, below which a second pulse is a double one."
-GAP = 1.5
-"Distances of more than this many usual ones have pulses missing between them."
-NEAR = 0.2
-"Part of the usual distance by which a pulse of a regular signal may differ from its time."
-LONGEST_GAP = 10
-"Usual distances; a longer one is a pause of the sender."
-REGULAR = 0.8
-"Part of the distances that must be the usual one, or gaps between them are no missing pulses."
-EDGE_NS = 50_000
-"Time between a trigger that is sent and its edge on the line that cables and inputs may take."
-AT_THE_LIMIT = 0.995
-"Part of the shortest period that a camera follows in spite of the jitter of its clock."
 
 
 def diagnose(evidence: TriggerEvidence) -> TriggerFinding:

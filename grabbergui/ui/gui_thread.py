@@ -13,6 +13,9 @@ from PyQt5 import sip
 from PyQt5.QtCore import QObject, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QGuiApplication
 
+TURN = 0.008
+"""Seconds of work in one turn; half a frame of a 60 Hz screen."""
+
 
 class Bridge(QObject):
     """Runs models' signals as calls on the GUI thread, in the order they were emitted.
@@ -69,10 +72,6 @@ def busy() -> Iterator[None]:
         yield
     finally:
         QGuiApplication.restoreOverrideCursor()
-
-
-TURN = 0.008
-"""Seconds of work in one turn; half a frame of a 60 Hz screen."""
 
 
 class Pacer(QObject):

@@ -18,6 +18,12 @@ from PyQt5.QtGui import QColor, QFont, QIcon, QIconEngine, QImage, QPainter, QPa
 from PyQt5.QtSvg import QSvgRenderer
 from PyQt5.QtWidgets import QAbstractButton, QAction, QApplication, QWidget
 
+OFFSCREEN_POINTS = 10
+"Size of text where no desktop says one: Qt's own is made for larger screens."
+PORTAL_PATIENCE_MS = 150
+"How long the desktop may take to say which look it has."
+_INK = b"currentColor"
+
 
 class Theme(Enum):
     """The choice of a theme."""
@@ -113,11 +119,6 @@ DARK = Colours(
     info_back="#1b3450",
 )
 
-OFFSCREEN_POINTS = 10
-"Size of text where no desktop says one: Qt's own is made for larger screens."
-PORTAL_PATIENCE_MS = 150
-"How long the desktop may take to say which look it has."
-
 
 def dress(app: QApplication, theme: Theme = Theme.AUTO) -> Colours:
     """Apply a theme to the application, also while it runs; return the colours used."""
@@ -199,9 +200,6 @@ def palette(colours: Colours) -> QPalette:
     made.setColor(QPalette.Disabled, QPalette.Highlight, QColor(colours.line))
     made.setColor(QPalette.Disabled, QPalette.HighlightedText, QColor(colours.faint))
     return made
-
-
-_INK = b"currentColor"
 
 
 @cache

@@ -21,6 +21,14 @@ from grabbergui.models.features.worker import FeatureWorker
 
 MOST_SAMPLES = 36_000
 "Most samples of one value: an hour at ten a second. The oldest are dropped."
+WATCH_PERIOD = 0.1
+"Seconds between two reads of everything."
+RETRY_PERIOD = 1.0
+"Seconds between two reads of a camera that does not answer."
+MOST_WATCHED = 12
+"Most features watched at once: more curves cannot be distinguished, and each costs the camera a read."
+PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
+"Kinds of features whose values can be plotted."
 
 
 class ValueHistory:
@@ -71,17 +79,6 @@ def to_csv(histories: Mapping[str, ValueHistory]) -> str:
         when = datetime.fromtimestamp(moment, timezone.utc).isoformat(timespec="milliseconds")
         writer.writerow([when, *(rows[moment].get(name, "") for name in histories)])
     return text.getvalue()
-
-
-WATCH_PERIOD = 0.1
-"Seconds between two reads of everything."
-RETRY_PERIOD = 1.0
-"Seconds between two reads of a camera that does not answer."
-MOST_WATCHED = 12
-"Most features watched at once: more curves cannot be distinguished, and each costs the camera a read."
-
-PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
-"Kinds of features whose values can be plotted."
 
 
 class ValueWatch:

@@ -12,6 +12,9 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.image.quantities import Quantity
 from grabbergui.models.language import translate
 
+MOST_BESIDE = 9
+"""Most components side by side; more would be too small to see."""
+
 
 def labels(frame: Frame) -> tuple[str, ...]:
     """Return unique labels of a frame's components in the user's language; empty if it has only one."""
@@ -57,10 +60,6 @@ def chosen(frame: Frame, label: str) -> Frame:
     if label not in known or label == own_label(frame):
         return frame
     return frame.of_component(frame.parts[known.index(label)])
-
-
-MOST_BESIDE = 9
-"""Most components side by side; more would be too small to see."""
 
 
 def beside(labels: tuple[str, ...], label: str) -> tuple[str, ...]:

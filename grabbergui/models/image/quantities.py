@@ -35,6 +35,7 @@ _SAMPLES = 20_000
 """Number of pixels from which an image's range is estimated."""
 _WITHOUT_OUTLIERS = (0.5, 99.5)
 """Percentiles."""
+NOTHING_KNOWN = Scan3d()
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,6 @@ class Levels:
         return self == Levels()
 
 
-NOTHING_KNOWN = Scan3d()
 ALL_LEVELS = Levels()
 
 

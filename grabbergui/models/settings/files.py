@@ -46,6 +46,8 @@ _INTEGER = re.compile(r"[-+]?\d{1,20}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?", re.ASCII)
 _YAML_WORDS = frozenset(["true", "false", "yes", "no", "on", "off", "null", "y", "n"])
 "Plain scalars that YAML 1.1 does not read as text."
+_MOST_SELECTORS = 64
+"Most selectors that are distinguished without the camera, as each feature is compared with all of them."
 
 
 class SettingsFileError(GrabberError):
@@ -167,10 +169,6 @@ def _from_persistence(
         else:
             settings[SettingKey(name, selected)] = value
     return FeatureSet(settings, device)
-
-
-_MOST_SELECTORS = 64
-"Most selectors that are distinguished without the camera, as each feature is compared with all of them."
 
 
 def _guessed_selectors(lines: Iterable[tuple[str, str]]) -> SelectorsOf:

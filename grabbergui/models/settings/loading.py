@@ -25,6 +25,11 @@ from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.language import translate
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 
+_SUGGESTIONS = 20
+"Most unknown features for which similar names are searched, which takes milliseconds each."
+_PROGRESS_STEPS = 1000
+"Progress steps of a whole load."
+
 
 class SettingOutcome(Enum):
     """The outcome for one setting."""
@@ -51,10 +56,6 @@ class SettingOutcome(Enum):
 PENDING = (SettingOutcome.WOULD_WRITE, SettingOutcome.DEPENDS)
 "Outcomes of the comparison whose settings are then written."
 
-_SUGGESTIONS = 20
-"Most unknown features for which similar names are searched, which takes milliseconds each."
-_PROGRESS_STEPS = 1000
-"Progress steps of a whole load."
 
 SETTLED = frozenset(
     {SettingOutcome.WRITTEN, SettingOutcome.EQUAL, SettingOutcome.WOULD_WRITE, SettingOutcome.LEFT_ALONE}

@@ -63,6 +63,8 @@ SILENCE = 5.0
 a command takes in a camera. A killed program stays visible on the network for 20 s."""
 OVERDUE = 0.7
 """The same for a server whose images arrived regularly before."""
+_NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
+"""Environment variables that define which nodes discover each other."""
 
 
 class Ros2Grabber(RemoteGrabber[ImageStream]):
@@ -388,10 +390,6 @@ def _cameras(found: Mapping[str, list[Publisher]]) -> dict[str, list[Publisher]]
 def _stands_alone(topic: str, plain: str, found: Mapping[str, list[Publisher]]) -> bool:
     """Return whether nobody publishes the same images plain, or as `compressed` beside `compressedDepth`."""
     return plain not in found and (topic == f"{plain}/compressed" or f"{plain}/compressed" not in found)
-
-
-_NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
-"""Environment variables that define which nodes discover each other."""
 
 
 @functools.cache

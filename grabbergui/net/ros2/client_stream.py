@@ -31,6 +31,12 @@ from grabbergui.net.ros2.image_messages import Continuity, frame_of
 from grabbergui.net.ros2.runtime import quality_of_service, steady_timer
 
 log = logging.getLogger(__name__)
+REMIND = 5.0
+"""Seconds after which a lasting problem is reported again."""
+REGULAR = 0.5
+"""Longest seconds between two images after which the next is expected as soon."""
+_SENDERS = 10
+"""Number of the newest images whose publishers are compared."""
 
 
 class ComponentSubscriptions:
@@ -121,14 +127,6 @@ class ComponentSubscriptions:
             timer.cancel()
         elif timer.is_canceled():
             timer.reset()
-
-
-REMIND = 5.0
-"""Seconds after which a lasting problem is reported again."""
-REGULAR = 0.5
-"""Longest seconds between two images after which the next is expected as soon."""
-_SENDERS = 10
-"""Number of the newest images whose publishers are compared."""
 
 
 class _Senders:

@@ -31,6 +31,11 @@ from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.ros_image import RosImage
 from grabbergui.net.ros2.runtime import Ros2Node, full_name
 
+SAME_CLOCK = 5.0
+"""Seconds by which a stamp may differ from our clock and still count as of it: images may come late."""
+DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
+"""The place of a camera for which no other is given."""
+
 
 def encoding_of(pixel_format: PixelFormat) -> str:
     """Return ROS's encoding of the result of `pixels_of`. Raises PixelFormatError if there is none."""
@@ -68,10 +73,6 @@ def message_bytes(values: NDArray[Any]) -> array.array[int]:
     data = array.array("B")
     data.frombytes(np.ascontiguousarray(values).data.cast("B"))
     return data
-
-
-SAME_CLOCK = 5.0
-"""Seconds by which a stamp may differ from our clock and still count as of it: images may come late."""
 
 
 def frame_of(message: Any, frame_id: int) -> Frame:
@@ -160,10 +161,6 @@ class Continuity:
 
 def _layout(frame: Frame) -> str:
     return f"{frame.width}×{frame.height} {frame.pixel_format}"
-
-
-DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
-"""The place of a camera for which no other is given."""
 
 
 def path_of(url: str, camera: str) -> Path:

@@ -27,6 +27,8 @@ YOUNGEST = 10.0
 _FAST_DDS = re.compile(r"(?:sem\.)?(?P<thing>fastdds_(?:[0-9a-f]{16}|port\d+))(?P<part>_el|_sl|_mutex)?")
 _LTTNG = re.compile(r"lttng-ust-wait-\d+(?:-(?P<user>\d+))?")
 """Memory in which ROS 2's tracing waits for its daemon; it is opened when rclpy is imported."""
+_Identity = tuple[int, int]
+"""Device and inode of a file."""
 
 
 def require_unblocked(folder: Path = shared_folder.MEMORY) -> None:
@@ -183,10 +185,6 @@ def _lock(files: Sequence[Path], stack: ExitStack) -> bool:
         except (BlockingIOError, PermissionError):
             return False
     return True
-
-
-_Identity = tuple[int, int]
-"""Device and inode of a file."""
 
 
 def _mapped() -> frozenset[_Identity]:

@@ -51,6 +51,11 @@ LOOKS_PER_SEARCH = 10
 BUS = "YARP"
 
 _GONE = (TransportError, SourceNotFoundError, SourceUnavailableError)
+_RPC = "/rpc"
+_IMAGE_CARRIERS = [carrier.name for carrier in wire.CARRIERS.values() if not carrier.text]
+_AT_ONCE = 16
+_MOST = 64
+"""Ports that one discovery examines."""
 
 
 class YarpGrabber(RemoteGrabber[ImageStream]):
@@ -318,13 +323,6 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
             self._disconnect()
         if present:
             self._lose(reason)
-
-
-_RPC = "/rpc"
-_IMAGE_CARRIERS = [carrier.name for carrier in wire.CARRIERS.values() if not carrier.text]
-_AT_ONCE = 16
-_MOST = 64
-"""Ports that one discovery examines."""
 
 
 def create(uri: SourceUri) -> FrameGrabber:

@@ -54,6 +54,8 @@ _POLL = 0.5
 _numbers = itertools.count(1)
 _TOKEN: Final = secrets.token_hex(2)
 """Distinguishes programs in two containers, whose process numbers are often the same."""
+_COORDINATES: Final = {"Mono16": "Coord3D_C16", "Mono8": "Coord3D_C8"}
+"""Formats of distances that arrive without a scale."""
 
 
 def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
@@ -228,10 +230,6 @@ class ImageStream(ImageReader):
         self._counters.bytes += frame.payload.nbytes
         self._rate.add(frame.payload.nbytes)
         self._pass_on(frame)
-
-
-_COORDINATES: Final = {"Mono16": "Coord3D_C16", "Mono8": "Coord3D_C8"}
-"""Formats of distances that arrive without a scale."""
 
 
 class ComponentReaders:

@@ -22,6 +22,21 @@ VERSION_METHOD = "getRemoteProtocolVersion"
 
 VERSION_REPLY = bytes.fromhex("0001000001000000 0000 0400 0000 0000")
 """Protocol 0, YARP 4.0.0: a list of one whose content is four bare int16, which is no valid Bottle."""
+_DC1394_GETTERS = {
+    **dict.fromkeys(("VideoModeMask", "VideoMode", "FPSMask", "FPS", "ISOSpeed", "ColorCoding"), (INT,)),
+    **{"BytesPerPacket": (INT,), "OperationMode": (FLAG,), "Transmission": (FLAG,)},
+    **{"Format7MaxWindow": (INT,) * 6, "Format7Window": (INT,) * 4, "ColorCodingMask": (INT,)},
+}
+_DC1394_SETTERS = (
+    *("VideoMode", "FPS", "ISOSpeed", "ColorCoding", "Format7Window", "OperationMode", "Transmission"),
+    *("Broadcast", "Defaults", "Reset", "Power", "Capture", "BytesPerPacket"),
+)
+_DC1394: dict[str, tuple[ValueKind, ...]] = {
+    **{f"get{name}DC1394RPC": kinds for name, kinds in _DC1394_GETTERS.items()},
+    **{f"set{name}DC1394RPC": () for name in _DC1394_SETTERS},
+}
+"""Methods for FireWire cameras, with the kinds of their results: none of our cameras has them."""
+_LEGACY_INTERFACES = frozenset({"fgi", "fgir", "fgc", "visr", "fgfw"})
 
 
 class ReturnValue(Enum):
@@ -101,23 +116,6 @@ class Operation(Enum):
 
 _BY_METHOD = {operation.method: operation for operation in Operation if operation.method}
 _BY_WORDS = {operation.words: operation for operation in Operation}
-
-_DC1394_GETTERS = {
-    **dict.fromkeys(("VideoModeMask", "VideoMode", "FPSMask", "FPS", "ISOSpeed", "ColorCoding"), (INT,)),
-    **{"BytesPerPacket": (INT,), "OperationMode": (FLAG,), "Transmission": (FLAG,)},
-    **{"Format7MaxWindow": (INT,) * 6, "Format7Window": (INT,) * 4, "ColorCodingMask": (INT,)},
-}
-_DC1394_SETTERS = (
-    *("VideoMode", "FPS", "ISOSpeed", "ColorCoding", "Format7Window", "OperationMode", "Transmission"),
-    *("Broadcast", "Defaults", "Reset", "Power", "Capture", "BytesPerPacket"),
-)
-_DC1394: dict[str, tuple[ValueKind, ...]] = {
-    **{f"get{name}DC1394RPC": kinds for name, kinds in _DC1394_GETTERS.items()},
-    **{f"set{name}DC1394RPC": () for name in _DC1394_SETTERS},
-}
-"""Methods for FireWire cameras, with the kinds of their results: none of our cameras has them."""
-
-_LEGACY_INTERFACES = frozenset({"fgi", "fgir", "fgc", "visr", "fgfw"})
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,10 @@ EMPTY_IMAGE: Final = Bottle(
     [Vocab("mat"), Vocab(0), Bottle([0] * 5, specialised=True), b""], specialised=False
 )
 """Takes the place of the image in a failed reply: no pixel code, no size."""
+Vertices = tuple[tuple[int, int], ...]
+_COEFFICIENTS: Final = ("k1", "k2", "t1", "t2", "k3", "k4", "k5", "k6")
+"""YARP's names in OpenCV's order. YARP itself knows `plumb_bob` only, the first five."""
+TREE_WORD = "genicam"
 
 
 class Configuration(NamedTuple):
@@ -43,7 +47,6 @@ class Configuration(NamedTuple):
     "YARP's, e.g. `rgb`."
 
 
-Vertices = tuple[tuple[int, int], ...]
 Value = int | float | str | Bottle | Vertices | tuple[Configuration, ...] | Mapping[str, Item]
 
 
@@ -208,10 +211,6 @@ def _described(item: Item | None) -> str:
     return "nothing" if item is None else f"a {type(item).__name__}"
 
 
-_COEFFICIENTS: Final = ("k1", "k2", "t1", "t2", "k3", "k4", "k5", "k6")
-"""YARP's names in OpenCV's order. YARP itself knows `plumb_bob` only, the first five."""
-
-
 def intrinsics(calibration: Calibration, seconds: float) -> Mapping[str, Item]:
     """Return the properties of `getRgbIntrinsicParam`; lengths in pixels, `seconds` since 1970 as the stamp.
 
@@ -230,9 +229,6 @@ def intrinsics(calibration: Calibration, seconds: float) -> Mapping[str, Item]:
         "distortionModel": calibration.distortion_model,
         **dict(lens),
     }
-
-
-TREE_WORD = "genicam"
 
 
 def tree_request(verb: str, *arguments: str) -> Bottle:

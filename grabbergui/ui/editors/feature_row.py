@@ -32,6 +32,18 @@ log = logging.getLogger(__name__)
 
 FEATURE_MIME = "application/x-grabbergui-feature"
 """MIME type of a dragged feature; the data is its name in UTF-8."""
+_BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
+    FeatureKind.BOOLEAN: SwitchEditor,
+    FeatureKind.COMMAND: CommandEditor,
+    FeatureKind.ENUMERATION: ChoiceEditor,
+    FeatureKind.STRING: TextEditor,
+}
+_EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
+"""Features that keep their control while they cannot be used, so that the layout stays."""
+FIELD_WIDTH = 104
+"Most pixels of a number that is beside its slider."
+INDENT = 14
+"""Pixels by which a feature stands below its selector."""
 
 
 def dragged_feature(event: QDropEvent) -> str:
@@ -71,17 +83,6 @@ class RowDrag:
         drag.exec_(Qt.DropAction.CopyAction)
 
 
-_BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
-    FeatureKind.BOOLEAN: SwitchEditor,
-    FeatureKind.COMMAND: CommandEditor,
-    FeatureKind.ENUMERATION: ChoiceEditor,
-    FeatureKind.STRING: TextEditor,
-}
-
-_EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
-"""Features that keep their control while they cannot be used, so that the layout stays."""
-
-
 def editor_class(feature: Feature, current: type[FeatureEditor] | None = None) -> type[FeatureEditor]:
     """Return the class of editor for a feature that an editor of class `current`, if any, shows now.
 
@@ -106,12 +107,6 @@ def _editor_of_kind(feature: Feature) -> type[FeatureEditor]:
     if feature.coded:
         return CodedNumberEditor
     return NumberEditor if SliderScale.of(feature) is None else RangeEditor
-
-
-FIELD_WIDTH = 104
-"Most pixels of a number that is beside its slider."
-INDENT = 14
-"""Pixels by which a feature stands below its selector."""
 
 
 class FeatureRow(QWidget):

@@ -33,6 +33,7 @@ PATIENCE = 10.0
 "Seconds that a call waits by default."
 EXIT_FAILURE = 1
 _POLL_MS = 10
+MAX_SCRIPT_BYTES = 16 << 20
 
 
 class _Ended(BaseException):
@@ -223,9 +224,6 @@ class ScriptApi:
 
     def _on_window_closing(self) -> None:
         self._closed = True
-
-
-MAX_SCRIPT_BYTES = 16 << 20
 
 
 def load_script(path: Path) -> CodeType:

@@ -30,6 +30,9 @@ from grabbergui.ui.shown_text import set_tooltip
 
 MakeRow = Callable[[FeatureDescription, QWidget, bool], FeatureRow]
 """Makes a row from a description, its parent, and whether it stands below its selector."""
+MOST_FOUND = 200
+"""Most rows that a search shows; another letter narrows it down."""
+_LEVELS = (Visibility.BEGINNER, Visibility.EXPERT, Visibility.GURU)
 
 
 class _Header(QToolButton):
@@ -196,12 +199,6 @@ class Section(QWidget):
     def _on_header_clicked(self) -> None:
         self.setOpen(not self._open)
         self.toggled.emit()
-
-
-MOST_FOUND = 200
-"""Most rows that a search shows; another letter narrows it down."""
-
-_LEVELS = (Visibility.BEGINNER, Visibility.EXPERT, Visibility.GURU)
 
 
 class FeaturePanel(QWidget):

@@ -45,6 +45,17 @@ IMAGE_WIDTH = 740
 
 _PICTURE = re.compile(r'<picture>.*?<img src="([^"]*)" alt="([^"]*)">\s*</picture>', re.DOTALL)
 """Qt's Markdown ends at HTML that it does not know."""
+KEY_WIDTH = 110
+"Pixels of the keys' column at least, the same in every table."
+SCROLL_BAR = 20
+"Pixels that the scroll bar may take beside the tables."
+MOST_OF_SCREEN = 0.9
+"Share of the screen's width and height."
+KEY_GAP = Markup("&nbsp;" * 4)
+"Space behind the keys: Qt's rich text has no padding of cells."
+_LEVELS = (logging.NOTSET, logging.WARNING, logging.ERROR)
+MOST_LINE = 4000
+"Characters of a line; peers write messages."
 
 
 class ManualBrowser(QTextBrowser):
@@ -130,16 +141,6 @@ class DoctorDialog(QDialog):
         self.stateLabel.setText(found if self._problems else self.tr("Nothing is wrong"))
 
 
-KEY_WIDTH = 110
-"Pixels of the keys' column at least, the same in every table."
-SCROLL_BAR = 20
-"Pixels that the scroll bar may take beside the tables."
-MOST_OF_SCREEN = 0.9
-"Share of the screen's width and height."
-KEY_GAP = Markup("&nbsp;" * 4)
-"Space behind the keys: Qt's rich text has no padding of cells."
-
-
 class ShortcutsDialog(QDialog):
     """The keys of all menus in two columns; deleted when it is closed."""
 
@@ -213,9 +214,6 @@ def _plain(text: str) -> str:
     return text.replace("&", "").rstrip("…")
 
 
-_LEVELS = (logging.NOTSET, logging.WARNING, logging.ERROR)
-
-
 class LogPanel(QWidget):
     """Shows entries, the newest last, and scrolls to them unless the user scrolled up."""
 
@@ -253,10 +251,6 @@ class LogPanel(QWidget):
     def _on_copy_clicked(self) -> None:
         if (clipboard := QApplication.clipboard()) is not None:
             clipboard.setText(self.text.toPlainText())
-
-
-MOST_LINE = 4000
-"Characters of a line; peers write messages."
 
 
 def _text(line: LogLine) -> str:

@@ -41,6 +41,9 @@ NOTE_WIDTH = 560
 NOTE_MARGIN = 16
 READOUT_GAP = 24
 "Pixels between the mouse and the pixel's value, so that it never covers what is pointed at."
+_DEGREES_PER_PIXEL = 0.4
+_WHEEL_STEP = 1.15
+_TEXT = QColor(220, 220, 220)
 
 
 class ImageView(QWidget):
@@ -287,11 +290,6 @@ class ImageView(QWidget):
 def _age(seconds: float) -> str:
     minutes = round(seconds) // 60
     return f"{seconds:.0f} s" if minutes < 2 else f"{minutes} min" if minutes < 120 else f"{minutes // 60} h"
-
-
-_DEGREES_PER_PIXEL = 0.4
-_WHEEL_STEP = 1.15
-_TEXT = QColor(220, 220, 220)
 
 
 class PointCloudView(QWidget):

@@ -36,6 +36,10 @@ from grabbergui.ui.widgets.plots import ChannelPlot, PlotPlace
 
 HEADROOM = 1.1
 "Height of the plot, as a multiple of the highest count between its ends."
+_SPANS = (10.0, 60.0, 600.0, 3600.0)
+"""Time spans in seconds, in the order of the form's box."""
+COLOURS = ("#2f7ed8", "#d9480f", "#2b8a3e", "#9c36b5", "#c92a2a", "#0b7285")
+"""Colours of the curves in one plot, in their order; legible on light and dark."""
 
 FIGURES_GAP, NO_BREAK = "    ", "\N{NO-BREAK SPACE}"
 "Between figures, and within one."
@@ -270,13 +274,6 @@ class MeasuringPanels:
     histogramDock: QDockWidget
     focusDock: QDockWidget
     profileDock: QDockWidget
-
-
-_SPANS = (10.0, 60.0, 600.0, 3600.0)
-"""Time spans in seconds, in the order of the form's box."""
-
-COLOURS = ("#2f7ed8", "#d9480f", "#2b8a3e", "#9c36b5", "#c92a2a", "#0b7285")
-"""Colours of the curves in one plot, in their order; legible on light and dark."""
 
 
 class ValuesPanel(QWidget):

@@ -38,6 +38,13 @@ _OFFERED = (
     RecordingKind.NUMPY,
 )
 """In the order of the form's `kindBox`; the first is the default."""
+NARROW = 480
+"Width below which *Play* is an icon, the folder is only in the menu, and the progress is hidden."
+_LEAST_CHOICE, _WHOLE_CHOICE = 70, 138
+"Width of the box for the end of a recording: at least, and where there is room."
+_ICON_ROOM = 20
+"Pixels beside the icon of a button without text."
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -61,12 +68,6 @@ _LIMITS = (
     _Limit("size", "MB", 1000, scale=1e6),
 )
 """In the order of the form's `limitBox`."""
-NARROW = 480
-"Width below which *Play* is an icon, the folder is only in the menu, and the progress is hidden."
-_LEAST_CHOICE, _WHOLE_CHOICE = 70, 138
-"Width of the box for the end of a recording: at least, and where there is room."
-_ICON_ROOM = 20
-"Pixels beside the icon of a button without text."
 
 
 class RecordingBar(QWidget):
@@ -238,9 +239,6 @@ def _duration(seconds: float) -> str:
 
 def _bytes(count: int) -> str:
     return localized(f"{count / 1e9:.1f} GB") if count >= 1e9 else f"{count / 1e6:.0f} MB"
-
-
-SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
 
 
 class PlaybackBar(QWidget):

@@ -29,6 +29,8 @@ _TICK_WIDTH = 24
 "Width of the check boxes, which the style sheet makes larger than Qt expects."
 _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
 "Role of the `SettingKey` of a row that can be ticked."
+NAME_WIDTH = 160
+"Pixels of a file's name on a button; the tooltip has the whole name."
 
 
 class SettingsReport(QDialog):
@@ -128,10 +130,6 @@ def _with_unit(value: FeatureValue | None, unit: str) -> str:
     if isinstance(value, bool) or not isinstance(value, int | float) or not unit:
         return format_value(value)
     return quantity_text(value, unit, shown_in=unit)
-
-
-NAME_WIDTH = 160
-"Pixels of a file's name on a button; the tooltip has the whole name."
 
 
 class SettingsDifference(QDialog):

@@ -12,6 +12,14 @@ from grabbergui.core.drawing import Drawing
 from grabbergui.ui.widgets.image_overlays import ImageOverlay
 
 _HALO = QColor(0, 0, 0, 130)
+ENOUGH = 12
+"Corners with which a cell has its full colour."
+_GREEN = QColor(60, 200, 90)
+_CELL, _GAP = 46.0, 8.0
+_SKEW = 0.22
+"Share by which the nearer edge of a tilted board is drawn longer."
+_SIZES = (0.42, 0.68, 1.0)
+"Sizes of a far, a middle and a near board."
 
 
 class DrawingItem(ImageOverlay):
@@ -68,11 +76,6 @@ class DrawingItem(ImageOverlay):
         painter.setTransform(to_screen)
 
 
-ENOUGH = 12
-"Corners with which a cell has its full colour."
-_GREEN = QColor(60, 200, 90)
-
-
 class CoverageItem(ImageOverlay):
     """Fills cells with a green that grows with their corners; outlines those without any."""
 
@@ -101,13 +104,6 @@ class CoverageItem(ImageOverlay):
                 fill.setAlpha(0 if not count else 24 + 48 * count // ENOUGH)
                 painter.setBrush(fill if count else Qt.BrushStyle.NoBrush)
                 painter.drawRect(QRectF(column * width, row * height, width, height))
-
-
-_CELL, _GAP = 46.0, 8.0
-_SKEW = 0.22
-"Share by which the nearer edge of a tilted board is drawn longer."
-_SIZES = (0.42, 0.68, 1.0)
-"Sizes of a far, a middle and a near board."
 
 
 class CoverageView(QWidget):

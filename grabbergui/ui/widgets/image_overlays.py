@@ -10,6 +10,20 @@ from PyQt5.QtCore import QLineF, QPointF, QRectF, Qt
 from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPainterPath, QPen
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
+LEGIBLE_ZOOM = 40.0
+"Screen pixels per pixel of the image from which its value has room."
+_LARGEST, _LEAST = 11, 6
+"Heights of text on a pixel, in screen pixels; smaller ones cannot be read."
+_GAP = 4
+"Screen pixels between the texts of two pixels."
+_BEHIND = QColor(0, 0, 0, 150)
+"Outline of the text: it must stand out from white pixels too."
+GRID_PARTS = 6
+"Fields of the grid along each side: thirds, and their halves."
+_SHADE = QColor(0, 0, 0, 120)
+_CROSS = 7
+"Half the size of the mark of the cursor, screen pixels."
+
 
 class ImageOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """An item in the image's coordinates: x to the right, y down, one unit a pixel."""
@@ -31,16 +45,6 @@ class ImageOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
     def boundingRect(self) -> QRectF:
         """The whole image."""
         return self._bounds
-
-
-LEGIBLE_ZOOM = 40.0
-"Screen pixels per pixel of the image from which its value has room."
-_LARGEST, _LEAST = 11, 6
-"Heights of text on a pixel, in screen pixels; smaller ones cannot be read."
-_GAP = 4
-"Screen pixels between the texts of two pixels."
-_BEHIND = QColor(0, 0, 0, 150)
-"Outline of the text: it must stand out from white pixels too."
 
 
 class PixelValues(ImageOverlay):
@@ -91,10 +95,6 @@ class PixelValues(ImageOverlay):
         return max(1, int(_LARGEST * min(1.0, pixel.width() / width, pixel.height() / height)))
 
 
-GRID_PARTS = 6
-"Fields of the grid along each side: thirds, and their halves."
-
-
 class Mark(Enum):
     """The user's marks, and their colours."""
 
@@ -102,9 +102,6 @@ class Mark(Enum):
     "The shape that is being drawn."
     FOCUS = "#30d158"
     PROFILE = "#ffb224"
-
-
-_SHADE = QColor(0, 0, 0, 120)
 
 
 def size_text(chosen: QRectF) -> str:
@@ -205,10 +202,6 @@ class ImageMarks(ImageOverlay):
         width, height = self._bounds.width(), self._bounds.height()
         middle = self._bounds.center()
         return [QLineF(middle.x(), 0, middle.x(), height), QLineF(0, middle.y(), width, middle.y())]
-
-
-_CROSS = 7
-"Half the size of the mark of the cursor, screen pixels."
 
 
 class CursorMark(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types

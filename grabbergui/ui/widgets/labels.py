@@ -32,6 +32,10 @@ from grabbergui.ui.shown_text import PlainLabel, set_tooltip, show_tooltip
 
 TEXT_MARGIN = 1
 "Pixels that styles leave before a combo box's text."
+MOST_LINES = 3
+"Most lines of a name; of a longer one the middle is left out."
+_BREAKS = re.compile("(\\s+|\N{ZERO WIDTH SPACE})")
+"Where Qt breaks a text into lines."
 
 
 def restyle(widget: QWidget, name: str, value: object) -> None:
@@ -56,10 +60,6 @@ def steps_markup(names: Sequence[str], current: int) -> Markup:
     steps = [f"{number} {name}" for number, name in enumerate(names, 1)]
     steps[current] = markup("<b>{0}</b>", steps[current])
     return joined(steps, " &nbsp;→&nbsp; ")
-
-
-MOST_LINES = 3
-"Most lines of a name; of a longer one the middle is left out."
 
 
 def name_lines(name: str, font: QFont, width: int) -> list[str]:
@@ -129,10 +129,6 @@ class ElidedLabel(PlainLabel):
             style.drawItemText(
                 painter, self.rect(), flags, option.palette, enabled, self.shown, self.foregroundRole()
             )
-
-
-_BREAKS = re.compile("(\\s+|\N{ZERO WIDTH SPACE})")
-"Where Qt breaks a text into lines."
 
 
 class WrappedLabel(PlainLabel):

@@ -22,6 +22,10 @@ from grabbergui.ui.theme import icon_pixmap
 
 _ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
 "Names of the icons before messages."
+MOST_STACKED = 4
+"Most messages shown at once."
+EXPIRY_MS = 500
+"Milliseconds between two checks for expired messages."
 
 
 def fill_offers(layout: QBoxLayout, offers: Sequence[Offer]) -> None:
@@ -97,12 +101,6 @@ class MessageList(QWidget):
         for bar, message in zip(self._bars, messages, strict=True):
             bar.dismissed.connect(lambda message=message: self.dismissed.emit(message))
             self._layout.addWidget(bar)
-
-
-MOST_STACKED = 4
-"Most messages shown at once."
-EXPIRY_MS = 500
-"Milliseconds between two checks for expired messages."
 
 
 class MessageStack(MessageList):

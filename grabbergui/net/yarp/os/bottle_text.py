@@ -48,6 +48,9 @@ _ORDINARY = re.compile(r"""[^ \t\r\n,(){}"\\]+""")
 _QUOTED = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
 _MARK = re.compile(r'\\.?|["(){}]', re.DOTALL)
 "An escaped character, a quote or a bracket: all that decides where a list ends."
+_DECIMALS: Final = [str(number) for number in range(256)]
+_AT_ONCE: Final = 1 << 16
+"""Bytes that are rendered without letting other threads run, about 2 ms."""
 
 
 def parse_text(text: str, dialect: Dialect = Dialect.YARP3, nested: _Nested = list) -> list[Item]:
@@ -248,11 +251,6 @@ def _render_item(item: Item) -> str:
     if isinstance(item, str):
         return quoted(item)
     return "{" + " ".join(_render_bytes(bytes(item))) + "}"
-
-
-_DECIMALS: Final = [str(number) for number in range(256)]
-_AT_ONCE: Final = 1 << 16
-"""Bytes that are rendered without letting other threads run, about 2 ms."""
 
 
 def _render_bytes(blob: bytes) -> Iterator[str]:

@@ -20,6 +20,24 @@ from grabbergui.net.yarp.os.binary import (
 )
 from grabbergui.net.yarp.os.bottle import Buffer
 
+STREAM_PATH: Final = "/?action=stream"
+"""Path of a port's mjpeg stream."""
+STREAM_REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\n"
+"""As YARP's readers of mjpeg send it, odd line ends included; `%s` is the source's address."""
+BOUNDARY: Final = b"--boundarydonotcross\r\n"
+"""Between two JPEG images over mjpeg."""
+STREAM_RESPONSE: Final = (
+    b"HTTP/1.0 200 OK\r\nConnection: close\r\nServer: yarp/mjpeg_carrier/0.1\r\n"
+    b"Cache-Control: no-store, no-cache, must-revalidate, pre-check=0, post-check=0, max-age=0\r\n"
+    b"Pragma: no-cache\r\nExpires: Mon, 3 Jan 2000 12:34:56 GMT\r\n"
+    b"Content-Type: multipart/x-mixed-replace;boundary=boundarydonotcross\r\n\r\n" + BOUNDARY
+)
+"""As YARP's sources of mjpeg answer."""
+REQUEST_LINES: Final = 100
+REQUEST_LINE_LIMIT: Final = 8192
+"""Largest request of a browser: its lines, and the bytes of each."""
+_FOREIGN: Final = {1: "mcast", 14: "shmem"}
+
 
 @dataclass(frozen=True)
 class Carrier:
@@ -53,31 +71,9 @@ CARRIERS: Final = {carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, TEX
 HTTP = Carrier("http", pull=True)
 """A browser's request for the port's page. It carries no messages, so it is not offered."""
 
-STREAM_PATH: Final = "/?action=stream"
-"""Path of a port's mjpeg stream."""
-
-STREAM_REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\n"
-"""As YARP's readers of mjpeg send it, odd line ends included; `%s` is the source's address."""
-
-BOUNDARY: Final = b"--boundarydonotcross\r\n"
-"""Between two JPEG images over mjpeg."""
-
-STREAM_RESPONSE: Final = (
-    b"HTTP/1.0 200 OK\r\nConnection: close\r\nServer: yarp/mjpeg_carrier/0.1\r\n"
-    b"Cache-Control: no-store, no-cache, must-revalidate, pre-check=0, post-check=0, max-age=0\r\n"
-    b"Pragma: no-cache\r\nExpires: Mon, 3 Jan 2000 12:34:56 GMT\r\n"
-    b"Content-Type: multipart/x-mixed-replace;boundary=boundarydonotcross\r\n\r\n" + BOUNDARY
-)
-"""As YARP's sources of mjpeg answer."""
-
-REQUEST_LINES: Final = 100
-REQUEST_LINE_LIMIT: Final = 8192
-"""Largest request of a browser: its lines, and the bytes of each."""
 
 NAME_SER = Carrier("name_ser", text=True)
 """A name server's line protocol: neither header nor header reply, one line a request."""
-
-_FOREIGN: Final = {1: "mcast", 14: "shmem"}
 
 
 def by_name(name: str) -> Carrier:

@@ -23,6 +23,8 @@ from grabbergui.net.yarp.os.events import Ack, Closed, Event, Header, HeaderRepl
 from grabbergui.net.yarp.os.framing import Receiver, new_memory
 from grabbergui.net.yarp.os.values import Dialect
 
+Reader = Callable[[ReceiveBuffer], Event | None]
+
 
 class Phase(str, Enum):
     """Phase of a connection."""
@@ -56,7 +58,6 @@ class Wait(Enum):
 NEED_DATA: Final = Wait.NEED_DATA
 PAUSED: Final = Wait.PAUSED
 
-Reader = Callable[[ReceiveBuffer], Event | None]
 
 TRANSITIONS: Final[dict[Phase, dict[tuple[Who, type[Event]], Phase]]] = {
     Phase.HEADER: {

@@ -62,6 +62,7 @@ _HELP: Final = (
     "+ runners",
     "  (to get a list of the yarprun ports)",
 )
+log = logging.getLogger(__name__)
 
 
 class NameDatabase:
@@ -214,9 +215,6 @@ def _as_bottle(found: list[Contact] | Contact | None) -> Bottle:
     name, host = Bottle(["name", found.name]), Bottle(["ip", found.host])
     port, carrier = Bottle(["port_number", found.port]), Bottle(["carrier", found.carrier])
     return Bottle(["port", name, host, port, carrier])
-
-
-log = logging.getLogger(__name__)
 
 
 class NameServer(Port):

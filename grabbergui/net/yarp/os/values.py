@@ -13,6 +13,13 @@ from typing import Final, Union
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 
+Item = Union[int, float, str, bytes, bytearray, memoryview, "list[Item]"]
+"""An item of a Bottle. A ``bool`` is sent as the vocab that YARP uses for it."""
+MAX_DEPTH: Final = 64
+"""Lists within lists. YARP has no limit; without one, a peer could overflow the stack."""
+MAX_ITEMS: Final = 10_000
+"""Items of one message. Reading one takes Python 1 to 2 µs, so no message holds it up for more than 20 ms."""
+
 
 class Dialect(Enum):
     """Version of YARP on the wire: 3.x and 4.0 disagree on the meaning of type code 10."""
@@ -74,15 +81,6 @@ TRUE = Vocab("1")
 """YARP's encoding of true; false is the vocab 0."""
 
 FALSE = Vocab(0)
-
-Item = Union[int, float, str, bytes, bytearray, memoryview, "list[Item]"]
-"""An item of a Bottle. A ``bool`` is sent as the vocab that YARP uses for it."""
-
-MAX_DEPTH: Final = 64
-"""Lists within lists. YARP has no limit; without one, a peer could overflow the stack."""
-
-MAX_ITEMS: Final = 10_000
-"""Items of one message. Reading one takes Python 1 to 2 µs, so no message holds it up for more than 20 ms."""
 
 
 def word(item: object) -> str:
