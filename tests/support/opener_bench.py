@@ -1,12 +1,11 @@
 """A connection to scripted sources, and all that it reports."""
 
 import threading
-import time
 
 from fakes import ScriptedGrabber
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.source_opener import SourceOpener
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 S = LinkState
 
@@ -63,10 +62,7 @@ class Bench:
         return [message.sentence for message in self.link.messages.shown(self.sources.current)]
 
     def until(self, state, seconds=PATIENCE):
-        deadline = time.monotonic() + seconds
-        while self.sources.state is not state:
-            assert time.monotonic() < deadline, f"{self.sources.state}, not {state}: {self.failures}"
-            time.sleep(0.002)
+        until(lambda: self.sources.state is state, f"{state}, with {self.failures},", seconds)
 
     def open_slowly_instead(self):
         """Return the current source, and the grabber that opens in its place once its `opening` is set."""

@@ -16,7 +16,7 @@ def window_outcomes(program, cases, folder):
         input=json.dumps(cases),
         stdout=subprocess.PIPE,
         text=True,
-        timeout=PROGRAM,
+        timeout=PROGRAM * len(cases),
         cwd=folder,
         env=os.environ | own,
     )

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Iterator
-from types import FrameType
 from typing import Any
 
 import pytest
 
+SLEEP = time.sleep
 OUTSIDE = frozenset(
     {
         "socket.bind",
@@ -26,8 +27,6 @@ OUTSIDE = frozenset(
     }
 )
 """Python's audit events that reach beyond the process."""
-SLEEP = "time.sleep"
-"""An audit event since Python 3.11."""
 WAITING = "patience"
 """The module whose sleeping is waiting for something."""
 
@@ -46,25 +45,30 @@ class Watch:
         main = threading.main_thread()
         self._others = {thread.ident for thread in threading.enumerate() if thread is not main}
         self.on = True
+        time.sleep = self.sleep
 
     def stop(self) -> None:
         """Watch no longer. Raises AssertionError for what was noted."""
         self.on = False
+        time.sleep = SLEEP
         assert not self.offences, f"in a unit test: {', '.join(self.offences)}; tests/system may do so"
 
     def audit(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """Refuse what may not be, where it happens."""
-        if not self.on or (event not in OUTSIDE and event != SLEEP):
-            return
-        thread = threading.get_ident()
-        if event == SLEEP:
-            caller: FrameType = sys._getframe(1)
-            if thread != threading.main_thread().ident or caller.f_globals.get("__name__") == WAITING:
-                return
-        elif thread in self._others:  # a test of the other tier left it behind
-            return
-        self.offences.append(event)
-        raise AssertionError(f"{event} in a unit test")
+        """Refuse what reaches beyond the process, where it happens."""
+        # A thread that a test of the other tier left behind may do so.
+        if self.on and event in OUTSIDE and threading.get_ident() not in self._others:
+            self._refuse(event)
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep in place of `time.sleep`, where that may be."""
+        caller = sys._getframe(1).f_globals.get("__name__")
+        if threading.current_thread() is threading.main_thread() and caller != WAITING:
+            self._refuse("time.sleep")
+        SLEEP(seconds)
+
+    def _refuse(self, what: str) -> None:
+        self.offences.append(what)
+        raise AssertionError(f"{what} in a unit test")
 
 
 watch = Watch()

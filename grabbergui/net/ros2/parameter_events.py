@@ -100,8 +100,12 @@ class ParameterEvents:
 
     def _read_some(self) -> None:
         for _ in range(min(AT_ONCE, len(self._unread))):
-            name = self._unread.pop()
-            if name not in self._known and (feature := self._read(name)) is not None:
+            name = self._unread[-1]
+            feature = None if name in self._known else self._read(name)
+            if not self._names.empty():
+                return  # a report may be of this one: then the value is no earlier one to compare with
+            self._unread.pop()
+            if feature is not None:
                 self._known[name] = feature.value
 
     def _changed(self) -> frozenset[str] | None:

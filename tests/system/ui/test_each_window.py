@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from PyQt5.QtGui import QColor, QImage
 
+from patience import PROGRAM
 from window_outcomes import window_outcomes
 
 SMALL = "sim:?width=320&height=240&fps=10"
@@ -20,6 +21,7 @@ CASES = [
 ]
 
 
+@pytest.mark.timeout(PROGRAM * len(CASES))
 @pytest.mark.skipif(sys.platform == "win32", reason="forks, and ends processes by signals")
 def test_each_kind_of_window_shows_something_and_ends_cleanly(tmp_path):
     image = QImage(32, 24, QImage.Format.Format_Grayscale8)

@@ -17,9 +17,9 @@ def test_the_image_stays_where_it_is_under_a_message(app):
     window = app.window
     app.connect()
     app.watch()
-    cards = window.favourites.shownCards
-    app.until(lambda: cards and all(card.editor and card.editor.isVisible() for card in cards))
-    before = window.image.geometry(), window.statusbar.geometry()
+    # The bar above the image is as high as its controls, which arrive one by one.
+    app.until(lambda: len(window.favourites.shownCards) == 3)
+    before = app.settled(lambda: (window.image.geometry(), window.statusbar.geometry()))
     for text in ("saved " * 40, "no space left on the disk"):
         app.program.messages.error(text)
         app.until(lambda text=text: text in window.messages.messages)

@@ -50,7 +50,6 @@ def share(app):
     ("size", "cameras", "histogram", "least", "language"),
     [
         (FULL_HD, [FOUR_TO_THREE], False, 0.60, "en"),
-        (FULL_HD, [FOUR_TO_THREE], False, 0.60, "es"),
         (FULL_HD, [SIXTEEN_TO_NINE], False, 0.60, "en"),
         (FULL_HD, 4 * [FOUR_TO_THREE], True, 0.45, "en"),
         (LAPTOP, 2 * [FOUR_TO_THREE], True, 0.40, "en"),

@@ -1,12 +1,11 @@
 import threading
-import time
 
 import numpy as np
 
 from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui.models.frame_history import FrameHistory
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 
 def image(number, size=10):
@@ -55,10 +54,7 @@ def test_it_follows_a_grabber_and_starts_over_with_the_next():
     history, grabber = FrameHistory(), ScriptedGrabber()
     history.attach(grabber)
     grabber._fanout.put(image(7))
-    deadline = time.monotonic() + PATIENCE
-    while ids(history) != [7]:
-        assert time.monotonic() < deadline
-        time.sleep(0.002)
+    until(lambda: ids(history) == [7])
     assert history.detach(5)
     assert ids(history) == [7]
     history.attach(ScriptedGrabber())

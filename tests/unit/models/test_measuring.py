@@ -1,7 +1,6 @@
 """The measurements of frames, and when they are made."""
 
 import threading
-import time
 
 import cv2
 import numpy as np
@@ -19,7 +18,7 @@ from grabbergui.models.measuring import (
     measure_profile,
     sharpness,
 )
-from patience import PATIENCE
+from patience import until
 
 RANDOM = np.random.default_rng(1)
 
@@ -142,12 +141,6 @@ class Bench:
         self.asked += 1
         return self.frame
 
-    def until(self, condition):
-        deadline = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < deadline
-            time.sleep(0.002)
-
 
 @pytest.fixture
 def bench():
@@ -161,20 +154,20 @@ def test_without_a_request_nothing_is_measured_and_no_thread_runs(bench):
     bench.model.want(Wanted())
     assert threading.active_count() == before
     bench.model.want(Wanted(histogram=True))
-    bench.until(lambda: bench.reported)
+    until(lambda: bench.reported)
     assert bench.reported[0].histogram is not None and bench.reported[0].sharpness is None
     bench.model.want(Wanted())
-    bench.until(lambda: threading.active_count() == before)
+    until(lambda: threading.active_count() == before)
 
 
 def test_each_frame_is_measured_once_and_again_when_something_else_is_wanted(bench):
     bench.model.want(Wanted(histogram=True))
-    bench.until(lambda: bench.reported)
+    until(lambda: bench.reported)
     asked = bench.asked
-    bench.until(lambda: bench.asked > asked + 3)
+    until(lambda: bench.asked > asked + 3)
     assert len(bench.reported) == 1
     bench.model.want(Wanted(focus=True, line=Line(0, 0, 3, 3)))
-    bench.until(lambda: len(bench.reported) == 2)
+    until(lambda: len(bench.reported) == 2)
     assert bench.reported[1].histogram is None and bench.reported[1].profile["grey"].tolist() == [9] * 4
 
 
@@ -182,8 +175,8 @@ def test_a_frame_that_cannot_be_measured_does_not_end_it(bench):
     bench.frame = frame_of(np.zeros((4, 4), np.uint8))
     bench.frame.payload = bench.frame.payload[:3]
     bench.model.want(Wanted(histogram=True))
-    bench.until(lambda: bench.asked > 2)
+    until(lambda: bench.asked > 2)
     assert bench.reported == []
     bench.frame = frame_of(np.full((4, 4), 7, np.uint8))
-    bench.until(lambda: bench.reported)
+    until(lambda: bench.reported)
     assert bench.reported[0].histogram.channels["grey"][7] == 16

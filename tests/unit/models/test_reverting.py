@@ -11,7 +11,7 @@ from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import load_onto
 from grabbergui.models.undo_steps import UndoStep
 from operator_bench import REDO, UNDO
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 
 def test_steps_are_undone_and_redone_in_order(operator):
@@ -119,10 +119,7 @@ def test_undoing_a_white_balance_by_the_camera_brings_back_every_ratio(sim):
         sim.grabber.write_feature("BalanceRatio", ratio)
     sim.grabber.start()
     sim.write("BalanceWhiteAuto", "Once")
-    deadline = time.monotonic() + PATIENCE
-    while sim.value("BalanceWhiteAuto") != "Off":
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    until(lambda: sim.value("BalanceWhiteAuto") == "Off")
     assert sim.value("BalanceRatioSelector") == "Blue"
     assert ratios()[0] == pytest.approx(1.6, rel=0.1)
     assert sim.revert(UNDO) == []

@@ -115,9 +115,7 @@ def test_with_several_open_the_next_one_is_opened_beside_them(bench):
 def test_a_source_that_does_not_start_stays_open(bench):
     bench.source.start_problem = TransportError("no bandwidth left")
     bench.link.connect_to("sim:")
-    deadline = time.monotonic() + PATIENCE
-    while not bench.failures and time.monotonic() < deadline:
-        time.sleep(0.002)
+    until(lambda: bench.failures)
     assert bench.failures == ["Acme Script does not start: no bandwidth left"]
     assert bench.sources.state is S.OPEN
 
@@ -394,9 +392,7 @@ class Pair:
         self.first = bench.sources.current
         bench.link.open_additional("sim:colour")
         self.beside = bench.sources.all[1]
-        deadline = time.monotonic() + PATIENCE
-        while self.beside.state is not S.STREAMING and time.monotonic() < deadline:
-            time.sleep(0.002)
+        until(lambda: self.beside.state is S.STREAMING)
         bench.sources.opened.connect(lambda source: self.reported.append(("opened", source)))
         bench.sources.closing.connect(lambda source: self.reported.append(("closing", source)))
         bench.sources.ending.connect(lambda source: self.reported.append(("ending", source)))

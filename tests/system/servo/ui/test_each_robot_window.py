@@ -8,6 +8,7 @@ import pytest
 from grabbergui.calibration import camera_info
 from grabbergui.cli import EXIT_FAILURE, EXIT_TERMINATED
 from grabbergui.core.calibration import Calibration
+from patience import PROGRAM
 from window_outcomes import window_outcomes
 
 ROBOT = ("--robot", "sim-teo", "--source", "sim:?width=320&height=240&fps=10")
@@ -20,6 +21,7 @@ CASES = {
 }
 
 
+@pytest.mark.timeout(PROGRAM * len(CASES))
 @pytest.mark.skipif(sys.platform == "win32", reason="forks, and ends processes by signals")
 def test_each_window_shows_something_and_ends_cleanly(tmp_path):
     camera_info.save(Calibration.from_field_of_view(320, 240, 60), tmp_path / "camera.yaml")

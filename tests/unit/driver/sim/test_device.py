@@ -16,7 +16,7 @@ from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import create, create_device, discover, served_at
 from grabbergui.driver.sim.enumerations import EventSelector
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 
 def uri(text):
@@ -148,10 +148,7 @@ def test_held_frames_cost_underruns_not_memory(streaming):
     device, take = streaming
     frames = take(MOST_BUFFERS)
     first = frames[0].payload.copy()
-    deadline = time.monotonic() + PATIENCE
-    while device.stream_statistics().underruns == 0 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert device.stream_statistics().underruns > 0
+    until(lambda: device.stream_statistics().underruns > 0)
     assert len(frames) == MOST_BUFFERS and np.array_equal(frames[0].payload, first)
 
 
