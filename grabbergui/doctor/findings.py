@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    pass
 
 
 class Level(Enum):
@@ -27,6 +24,8 @@ class Finding:
     text: str
     remedy: str = ""
     "A command or a sentence; empty if nothing need be done."
+    mend: Callable[[], object] | None = field(default=None, compare=False)
+    "Does what the remedy says, and waits for it; raises GrabberError. None if only a person can."
 
 
 def good(text: str) -> Finding:
@@ -34,9 +33,9 @@ def good(text: str) -> Finding:
     return Finding(Level.GOOD, text)
 
 
-def note(text: str, remedy: str = "") -> Finding:
+def note(text: str, remedy: str = "", mend: Callable[[], object] | None = None) -> Finding:
     """Return a finding about something optional."""
-    return Finding(Level.NOTE, text, remedy)
+    return Finding(Level.NOTE, text, remedy, mend)
 
 
 def problem(text: str, remedy: str) -> Finding:

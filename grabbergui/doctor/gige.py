@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.scheduling import REALTIME, realtime_threads_permitted
 from grabbergui.doctor.findings import Finding, good, note, problem
+from grabbergui.doctor.mending import as_administrator
 
 if TYPE_CHECKING:
     from grabbergui.driver.gige.discovery import FoundDevice
@@ -51,6 +52,7 @@ def receive_buffer(sysctl: Path) -> Iterator[Finding]:
             f"socket buffers are limited to {limit} bytes, {limit / 125e3:.1f} ms of a 1 GbE line each; "
             "a stream takes up to 32 of them, which 10 GbE may find too few",
             f"sudo sysctl -w net.core.rmem_max={WANTED_RMEM}   (in /etc/sysctl.d to keep it)",
+            as_administrator("sysctl", "-w", f"net.core.rmem_max={WANTED_RMEM}"),
         )
     else:
         yield good(f"socket buffers of up to {limit // 1024 // 1024} MiB")
@@ -77,6 +79,7 @@ def packet_sizes(found: Sequence[Interface]) -> Iterator[Finding]:
             yield note(
                 f"{interface.name} ({interface.ip}) carries packets of {interface.mtu} bytes",
                 f"for fast cameras: sudo ip link set {interface.name} mtu {JUMBO_MTU}   (switches too)",
+                as_administrator("ip", "link", "set", interface.name, "mtu", str(JUMBO_MTU)),
             )
         else:
             yield good(f"{interface.name} ({interface.ip}) carries jumbo packets of {interface.mtu} bytes")
@@ -102,6 +105,7 @@ def reverse_path(sysctl: Path, found: Sequence[Interface]) -> Iterator[Finding]:
             yield note(
                 f"the reverse path filter of {name} is strict: cameras in another subnet stay unseen",
                 f"sudo sysctl -w net.ipv4.conf.{name}.rp_filter=2",
+                as_administrator("sysctl", "-w", f"net.ipv4.conf.{name}.rp_filter=2"),
             )
 
 

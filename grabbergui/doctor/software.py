@@ -6,6 +6,7 @@ import importlib.util
 import os
 import sys
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,6 +69,7 @@ def shared_memory(folder: Path) -> Iterator[Finding]:
             f"killed ROS 2 programs left {ros2_memory.megabytes(found)} in {folder}: {len(found)} segments "
             "and ports of Fast DDS that no process uses",
             shell_command("doctor", "--clear-shared-memory"),
+            partial(ros2_memory.clear, found),
         )
     elif folder.is_dir():
         yield good(f"no killed ROS 2 program left shared memory in {folder}")

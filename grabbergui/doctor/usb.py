@@ -5,15 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from grabbergui.core.environment import sudo_command
+from grabbergui.core.environment import program, sudo_command
 from grabbergui.core.errors import GrabberError
 from grabbergui.doctor.findings import Finding, good, note, problem
+from grabbergui.doctor.mending import as_administrator
 from grabbergui.setup.udev_rule import UDEV_RULES, installed_udev_rule
-
-if TYPE_CHECKING:
-    pass
 
 USBFS_MEMORY = Path("/sys/module/usbcore/parameters/usbfs_memory_mb")
 WANTED_USBFS_MB = 256
@@ -33,7 +30,11 @@ def udev_rule(folder: Path) -> Iterator[Finding]:
     if rule is not None:
         yield good(f"the udev rule {rule} lets users open USB3 Vision cameras")
     elif os.name == "posix" and folder.parent.is_dir():
-        yield note("no udev rule lets users open USB3 Vision cameras", sudo_command("setup", "udev"))
+        yield note(
+            "no udev rule lets users open USB3 Vision cameras",
+            sudo_command("setup", "udev"),
+            as_administrator(*program(), "setup", "udev"),
+        )
 
 
 def transfer_memory(place: Path) -> Iterator[Finding]:
@@ -46,6 +47,7 @@ def transfer_memory(place: Path) -> Iterator[Finding]:
         yield note(
             f"the kernel grants {limit} MB to USB transfers of all programs; large frames need more",
             f"echo {WANTED_USBFS_MB} | sudo tee {place}",
+            as_administrator("sh", "-c", f"echo {WANTED_USBFS_MB} > {place}"),
         )
     else:
         yield good("the kernel grants enough memory to USB transfers")

@@ -8,9 +8,15 @@ from grabbergui.models.settings.loading import LoadReport, SettingOutcome, Setti
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.models.share import Network, ReaderRate, Remedy, ShareOptions, ShareState, ShareStatus
 from grabbergui.net.readers import Reader
+from grabbergui.rig.overview import BudgetOverview, CameraLine, RigOverview
+from grabbergui.rig.set_statistics import SetCounts
+from grabbergui.rig.ui.new_rig_dialog import NewRigDialog
+from grabbergui.rig.ui.rig_dialog import RigDialog
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
+from grabbergui.ui.views.camera_events_dialog import CameraEventsDialog
+from grabbergui.ui.views.doctor_dialog import DoctorDialog
 from grabbergui.ui.views.frame_data_dialog import FrameDataDialog
-from grabbergui.ui.views.help_views import DoctorDialog, ManualDialog, ShortcutsDialog
+from grabbergui.ui.views.help_views import ManualDialog, ShortcutsDialog
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.ip_address_dialog import IpAddressDialog
 from grabbergui.ui.views.lut_dialog import LutDialog
@@ -24,7 +30,29 @@ LONG = "/home/somebody/" + "the_camera_on_the_left_of_the_head_" * 6
 
 def doctor(window):
     dialog = DoctorDialog(window)
-    dialog.addFinding(Finding(Level.PROBLEM, LONG, LONG))
+    dialog.addFinding(Finding(Level.PROBLEM, LONG, LONG, lambda: None))
+    return dialog
+
+
+def events(window):
+    dialog = CameraEventsDialog(window)
+    dialog.setSwitches({LONG: True})
+    dialog.setRows([(LONG, LONG, LONG)])
+    return dialog
+
+
+def new_rig(window):
+    dialog = NewRigDialog(window)
+    dialog.setSources([(LONG, LONG, True)])
+    dialog.setProblem(LONG)
+    dialog.triggerBox.setCurrentIndex(3)
+    return dialog
+
+
+def rig(window):
+    dialog = RigDialog(window)
+    dialog.setOverview(RigOverview(SetCounts(), (1.0, 2.0), (CameraLine(LONG, 1, 1, LONG),)))
+    dialog.setBudget(BudgetOverview((("camera", "set"), (LONG, LONG)), (LONG,), {}))
     return dialog
 
 
@@ -81,6 +109,9 @@ MADE = {
     CalibrationChoiceDialog: lambda window: CalibrationChoiceDialog(LONG, window),
     CalibrationDialog: CalibrationDialog,
     DoctorDialog: doctor,
+    CameraEventsDialog: events,
+    NewRigDialog: new_rig,
+    RigDialog: rig,
     FrameDataDialog: frame_data,
     IpAddressDialog: ip_address,
     LutDialog: LutDialog,

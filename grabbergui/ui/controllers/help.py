@@ -12,11 +12,15 @@ from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
 from grabbergui import doctor
 from grabbergui.core.environment import MANUAL
+from grabbergui.core.errors import GrabberError
+from grabbergui.doctor.findings import Finding
+from grabbergui.models.error_text import error_text
 from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.shown_text import show_explanation
 from grabbergui.ui.views.bases import HelpActions
-from grabbergui.ui.views.help_views import DoctorDialog, LogPanel, ManualDialog, ShortcutsDialog
+from grabbergui.ui.views.doctor_dialog import DoctorDialog
+from grabbergui.ui.views.help_views import LogPanel, ManualDialog, ShortcutsDialog
 
 
 class HelpController(QObject):
@@ -70,15 +74,50 @@ class HelpController(QObject):
             self.doctor.raise_()
             return
         self.doctor = dialog = DoctorDialog(self._window)
+        dialog.againRequested.connect(self._examine_again)
+        dialog.mendRequested.connect(self._mend)
+        dialog.copyRequested.connect(self._copy)
         dialog.finished.connect(self._on_doctor_finished)
         dialog.show()
-        threading.Thread(target=self._examine, args=(dialog,), name="doctor", daemon=True).start()
+        self._run(partial(self._examine, dialog))
 
     def show_shortcuts(self) -> None:
         """List all keys."""
         dialog = ShortcutsDialog(self._menubar, self._window)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()
+
+    def _run(self, job: Callable[[], None]) -> None:
+        threading.Thread(target=job, name="doctor", daemon=True).start()
+
+    def _examine_again(self) -> None:
+        if (dialog := self.doctor) is not None:
+            dialog.begin()
+            self._run(partial(self._examine, dialog))
+
+    def _mend(self, finding: Finding) -> None:
+        """Apply a remedy, and check everything again."""
+        dialog, mend = self.doctor, finding.mend
+        if dialog is None or mend is None:
+            return
+
+        def run() -> None:
+            try:
+                mend()
+            except GrabberError as error:
+                self._bridge.call(
+                    partial(self._report, dialog, partial(dialog.setProblem, error_text(error)))
+                )
+            else:
+                self._bridge.call(partial(self._report, dialog, self._examine_again))
+
+        dialog.setMending(finding)
+        self._run(run)
+
+    def _copy(self) -> None:
+        clipboard = QApplication.clipboard()
+        if self.doctor is not None and clipboard is not None:
+            clipboard.setText(self.doctor.text)
 
     def _examine(self, dialog: DoctorDialog) -> None:
         for finding in doctor.check():

@@ -1,4 +1,4 @@
-"""The manual, the doctor, the list of shortcuts, and the log."""
+"""The manual, the list of shortcuts, and the log."""
 
 from __future__ import annotations
 
@@ -29,15 +29,13 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.visible_text import shortened, visible
-from grabbergui.doctor.findings import Finding, Level
-from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LOG_LINES, LogLine
 from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
-from grabbergui.ui.shown_text import PlainLabel, add_paragraph, set_rich
+from grabbergui.ui.shown_text import set_rich
 
 FIRST_PAGE = "window.md"
 SIZE = QSize(820, 640)
@@ -103,42 +101,6 @@ class ManualDialog(QDialog):
             self.text.setSource(target)
         else:
             QDesktopServices.openUrl(target)
-
-
-class DoctorDialog(QDialog):
-    """Shows findings as they come, each with its remedy."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setWindowTitle(self.tr("Doctor"))
-        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.text = QTextBrowser(self)
-        self.text.setAccessibleName(self.tr("Findings"))
-        self.stateLabel = PlainLabel(self.tr("Checking this computer…"), self)
-        self._names = {
-            Level.GOOD: self.tr("good"),
-            Level.NOTE: self.tr("note"),
-            Level.PROBLEM: self.tr("problem"),
-        }
-        self._problems = 0
-        layout = QVBoxLayout(self)
-        layout.addWidget(self.stateLabel)
-        layout.addWidget(self.text)
-        self.resize(SIZE)
-        fit_screen(self)
-
-    def addFinding(self, finding: Finding) -> None:
-        """Add a finding."""
-        self._problems += finding.level is Level.PROBLEM
-        line = markup("<b>{0}</b>: {1}", self._names[finding.level], finding.text)
-        if finding.remedy:
-            line = markup("{0}<br>→ {1}", line, finding.remedy)
-        add_paragraph(self.text, line)
-
-    def finish(self) -> None:
-        """Show that the check is complete."""
-        found = counted(self._problems, self.tr("1 problem found"), self.tr("{0} problems found"))
-        self.stateLabel.setText(found if self._problems else self.tr("Nothing is wrong"))
 
 
 class ShortcutsDialog(QDialog):

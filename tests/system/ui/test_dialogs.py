@@ -6,6 +6,7 @@ import pkgutil
 import pytest
 from PyQt5.QtWidgets import QDialog
 
+import grabbergui.rig.ui
 import grabbergui.ui.views
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings.feature_set import FeatureSet
@@ -26,9 +27,11 @@ def window(qtbot, qapp):
 
 
 def test_no_dialog_is_missing_here():
-    views = grabbergui.ui.views
-    names = [module.name for module in pkgutil.iter_modules(views.__path__)]
-    modules = [importlib.import_module(f"{views.__name__}.{name}") for name in names]
+    modules = [
+        importlib.import_module(f"{package.__name__}.{module.name}")
+        for package in (grabbergui.ui.views, grabbergui.rig.ui)
+        for module in pkgutil.iter_modules(package.__path__)
+    ]
     found = {
         each
         for module in modules

@@ -3,12 +3,12 @@
 import re
 import threading
 
-from PyQt5.QtCore import QEvent, QPoint
+from PyQt5.QtCore import QEvent, QPoint, Qt
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QDockWidget, QWhatsThis
 
 from grabbergui.core.environment import MANUAL
-from grabbergui.doctor.findings import good, problem
+from grabbergui.doctor.findings import good, note, problem
 from grabbergui.driver.twin import report_file
 from grabbergui.report import computer
 from grabbergui.ui.controllers.help import HelpController
@@ -26,20 +26,28 @@ def test_the_manual_opens_and_its_links_lead_to_other_pages(app):
 
 
 def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(app, monkeypatch):
-    threads = []
+    threads, mended = [], []
 
     def look():
         threads.append(threading.current_thread().name)
         yield good("the network is <fine>")
         yield problem("no rule", "grabbergui doctor --fix-udev")
+        if not mended:
+            yield note("buffers are small", "sudo sysctl", lambda: mended.append(1))
 
     monkeypatch.setattr("grabbergui.doctor.check", look)
     app.window.actionDoctor.trigger()
     doctor = app.program.help_controls.help.doctor
-    app.until(lambda: doctor.stateLabel.text() == "1 problem found")
+    app.until(lambda: doctor.stateLabel.text() == "1 fault, 1 warning")
     assert threads == ["doctor"]
-    text = doctor.text.toPlainText()
-    assert "good: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text
+    assert [row.levelLabel.text() for row in doctor.rows] == ["OK", "Fault", "Warning"]
+    assert [row.mendButton.isVisible() for row in doctor.rows] == [False, False, True]
+    app.qtbot.mouseClick(doctor.copyButton, Qt.LeftButton)
+    text = QApplication.clipboard().text()
+    assert "OK: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text
+    app.qtbot.mouseClick(doctor.rows[2].mendButton, Qt.LeftButton)
+    app.until(lambda: doctor.stateLabel.text() == "1 fault")
+    assert mended == [1] and len(doctor.rows) == 2, "everything was checked again"
     doctor.close()
     app.until(lambda: app.program.help_controls.help.doctor is None)
 
