@@ -1,4 +1,4 @@
-"""Text for people: what a terminal would take for a command is made visible.
+"""Display text: what a terminal would take for a command is made visible.
 
 Names, units, values, errors and file names come from cameras, peers and folders. In a terminal they could
 move the cursor, set its title, reverse the order of letters (U+202E) or hide letters, and in a log forge

@@ -42,7 +42,7 @@ class ClockState:
     kind: str
     "`ptp`, `fitted`, or `host`: times of arrival."
     uncertainty_ns: int | None = None
-    "Of its time on the host's clock; None if unknown."
+    "Uncertainty of its time on the host's clock; None if unknown."
     drift_ppm: float | None = None
     "Against the host's clock."
     ptp_status: str = ""

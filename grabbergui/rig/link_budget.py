@@ -51,7 +51,7 @@ class CameraLoad:
     link: float = 125e6
     "Rate of the camera's own cable."
     tick_frequency: int = 1_000_000_000
-    "Of the register with the packet delay, in Hz."
+    "Frequency in Hz of the ticks in which the packet delay is given."
     means: tuple[Pacing, ...] = (Pacing.PACKET_DELAY,)
 
     @property

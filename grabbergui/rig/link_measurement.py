@@ -19,7 +19,7 @@ from grabbergui.rig.link_budget import CameraLoad, Pacing, SharedLink, plan
 from grabbergui.rig.settings_undo import UndoableSettings
 
 SLOWEST_PART = 1 / 32
-"Of the nominal rate, with which the search begins."
+"Share of the nominal rate at which the search begins."
 STEP = 1.5
 EXACT = 1.04
 "Ratio of a rate that loses packets to one that does not, at which the search ends."

@@ -35,7 +35,7 @@ class RigOverview:
 
     counts: SetCounts
     skews_us: tuple[float, ...]
-    "Of the recent complete sets, oldest first."
+    "Skews of the recent complete sets in microseconds, oldest first."
     cameras: tuple[CameraLine, ...]
 
 

@@ -30,10 +30,10 @@ class SetCounts:
     slips: int = 0
     "Times that a camera's numbers of triggers were put right by its clock."
     skew_median_ns: int = 0
-    "Of the recent complete sets, as the two that follow."
+    "Median skew of the recent complete sets."
     skew_p99_ns: int = 0
     skew_worst_ns: int = 0
-    "Of all sets."
+    "Worst skew of all sets."
 
     @property
     def sets(self) -> int:

@@ -279,7 +279,7 @@ class ClosedLoop:
     """Whether frames are rendered and searched. Otherwise the single marker's pose is computed, and there are
     no faces: an approach then takes a tenth of a second instead of three."""
     faults: Faults = field(default_factory=Faults)
-    "Of the robot, its camera and strangers."
+    "Injected faults of the robot, its camera and strangers."
 
     def __post_init__(self) -> None:
         things = things_for(self.config.marker, self.things)

@@ -36,7 +36,7 @@ class ControlCycle:
     reason: str
     command: Command
     off_centre: tuple[float, float]
-    "Of the head's target: to the right and down, radians; NaN without a target."
+    "Angles of the head's target from the centre, to the right and down, in radians; NaN without a target."
     error: tuple[float, float]
     "Metres and radians from the hand to its goal; NaN without a marker."
     robot: RobotState | None

@@ -38,11 +38,11 @@ class SpeedLimits:
     """The highest speeds."""
 
     speed: float = math.inf
-    "Of the hand, m/s."
+    "Speed of the hand in m/s."
     turn: float = math.inf
-    "Of the hand, rad/s."
+    "Angular speed of the hand in rad/s."
     head: float = math.inf
-    "Of pan and tilt, rad/s."
+    "Speed of pan and tilt in rad/s."
 
 
 @dataclass(frozen=True)

@@ -2866,7 +2866,7 @@ It {1}.</source>
     </message>
 </context>
 <context>
-    <name>Lack</name>
+    <name>Unavailable</name>
     <message>
         <location filename="../../grabbergui/models/unavailable.py" line="14"/>
         <source>No source is open: choose one in the list and connect to it.</source>

@@ -12,7 +12,7 @@ import PyQt5
 from PyQt5 import sip
 
 PLACE_OF_TEXT, PLACE_OF_ROLE = 12, 15
-"Of `text` and `role` among the virtual functions."
+"Places of `text` and `role` among the virtual functions."
 NAME = 0
 "QAccessible::Name."
 

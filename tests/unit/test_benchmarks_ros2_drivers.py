@@ -9,7 +9,7 @@ from benchmarks.ros2_drivers import OURS, PEER, Gains, Runs, goals, stream_table
 
 MS = 1_000_000
 EXPOSURES = [(pixel % 256, number * 30 * MS) for number, pixel in enumerate(range(250, 262))]
-"Of twelve images; the count begins again at 256."
+"Pixel and time of twelve images; the count begins again at 256."
 
 
 def runs(late_ms: int, missing: int = 0, cpu: float = 0.012) -> Runs:

@@ -31,7 +31,7 @@ def test_a_kind_whose_package_cannot_be_loaded_is_named_with_the_reason(text, sa
 
 @pytest.mark.parametrize("name", ["lü 50%20 #1", "what?.tiff", "a=b?c=d"])
 def test_a_file_may_be_typed_as_it_is_called(tmp_path, name):
-    """Of "lü 50%20 #1" the program found no "lü 50  #1"."""
+    """Before, the program looked for "lü 50  #1" when "lü 50%20 #1" was typed."""
     path = tmp_path / name
     path.mkdir()
     assert sources.parse(f"file:{path}").name == str(path)

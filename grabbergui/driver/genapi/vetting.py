@@ -27,7 +27,7 @@ MOST_NODES = 30_000
 MOST_REFERENCES = 200_000
 "From node to node; 12,500 are known."
 MOST_ENTRIES = 4_096
-"Of one enumeration; 331 are known."
+"Entries of one enumeration; 331 are known."
 DEEPEST_XML = 32
 "Levels of nested elements."
 LONGEST_CHAINS = {"pFeature": 16, "pSelected": 16, "": 128}

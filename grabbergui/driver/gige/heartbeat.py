@@ -20,7 +20,7 @@ class Pulse:
     period: float = 0.4
     "Seconds between two reads of CCP."
     timing: ControlTiming = field(default_factory=lambda: ControlTiming(ack_timeout=0.2, tries=6))
-    "Of each read. Both together: silence counts as loss after at most 1.6 s."
+    "Timing of each read. With the period, silence counts as loss after at most 1.6 s."
 
     @classmethod
     def for_timeout(cls, timeout_ms: int) -> Pulse:

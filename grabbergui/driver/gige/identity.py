@@ -49,7 +49,7 @@ class Identity:
     serial: str = ""
     user_name: str = ""
     spec_version: tuple[int, int] = (2, 0)
-    "Of GigE Vision: major, minor."
+    "Version of GigE Vision: major, minor."
     device_mode: int = 0x80000001
     supported_ip_configuration: int = 7
     current_ip_configuration: int = 6

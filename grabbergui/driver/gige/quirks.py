@@ -82,7 +82,7 @@ class DescriptionTraits:
     vendor: str
     model: str
     schema: tuple[int, int]
-    "Of GenApi: major, minor."
+    "Version of GenApi: major, minor."
     all_big_endian: bool
     "Whether every number in the camera's registers is declared big-endian."
 

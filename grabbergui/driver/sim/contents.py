@@ -31,7 +31,7 @@ _SMALLEST_OF_OPENJPEG = 32
 _SUFFIX = {PayloadType.JPEG: ".jpg", PayloadType.JPEG2000: ".jp2"}
 _FORMATS = {ComponentKind.RANGE: by_name("Coord3D_C16"), ComponentKind.CONFIDENCE: by_name("Confidence8")}
 NEAREST_MM, STEP_MM = 600.0, 0.1
-"Of the range component; `camera.xml` states the step as Scan3dCoordinateScale."
+"Nearest distance and step of the range component; `camera.xml` has the step as Scan3dCoordinateScale."
 
 
 @dataclass(frozen=True)

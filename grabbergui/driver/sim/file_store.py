@@ -17,10 +17,10 @@ import numpy as np
 from grabbergui.driver.sim.enumerations import File, FileState
 
 LUT_INPUT_BITS = 12
-"Of the look-up table, which has 16-bit values."
+"Bits of an input value of the look-up table, whose output values have 16."
 
 LUT_ENTRIES = 1 << LUT_INPUT_BITS
-"Of LUTLuminance: 16-bit output values, little-endian, one for each input value of `LUT_INPUT_BITS`."
+"Output values in LUTLuminance, 16 bits each, little-endian: one for each input value."
 
 _FIRMWARE = struct.Struct("<4s12sII")
 "Magic, version, length and CRC-32 of the body that follows."

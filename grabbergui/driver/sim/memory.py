@@ -58,7 +58,7 @@ class Register:
     minimum: float | None = None
     maximum: float | None = None
     step: int = 1
-    "Of integers, counted from `minimum`."
+    "Step of integers, counted from `minimum`."
     choices: frozenset[int] | None = None
     "The only values accepted, for enumerations."
     saved: bool = False

@@ -35,7 +35,7 @@ XML_ADDRESS = 0xC000_0000
 "Where the zipped description is, out of the way of the original's registers."
 _WORD = struct.Struct(">I")
 _IDENTITY_NUMBERS = 0x48
-"Bytes of numbers at the beginning of what DISCOVERY tells; the rest is text."
+"Bytes of numbers at the beginning of an answer to DISCOVERY; the rest is text."
 
 _WORKING = frozenset(
     (

@@ -32,7 +32,7 @@ MAX_FILE_BYTES = 128 << 20
 MAX_MEMBER_BYTES = 16 << 20
 "Size limit of an unpacked member that is read, but description and pixels."
 MAX_PIXEL_BYTES = 64 << 20
-"Of all frames whose pixels a report keeps."
+"Size limit of all frames whose pixels a report keeps."
 MOST_ACCESSES = 100_000
 "Registers, and accesses during the stream."
 MOST_FRAMES = 1000

@@ -45,7 +45,7 @@ from grabbergui.driver.u3v.watcher import Watcher
 log = logging.getLogger(__name__)
 
 USUAL_RESPONSE_TIME_MS = 500
-"Of a camera that does not report the longest time until it acknowledges a command."
+"Longest time until a command is acknowledged, for a camera that does not report it."
 
 LARGEST_TRANSFER = 1 << 20
 "Bytes of a payload transfer. Some controllers lose data beyond 64 KiB; transfer_size in the URI lowers it."

@@ -53,7 +53,7 @@ class ChildCommand:
         """The exit code; None while it runs."""
         return self._process.poll()
 
-    def said(self, start: str) -> bool:
+    def printed(self, start: str) -> bool:
         """Return whether it has printed a line that begins so.
 
         Raises SourceUnavailableError if it has ended without.

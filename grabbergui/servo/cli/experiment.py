@@ -38,7 +38,7 @@ _WAIT_S = 0.05
 _TRIES = 3
 "A computer that is busy makes a robot stop by itself: its images come too late, or its joints."
 _FPS = 20.0
-"Of the camera: all of it, its readers and the robots are on one computer."
+"The camera's frame rate in Hz: it, its readers and the robots are on one computer."
 _REACHED = re.compile(r" *([\d.]+) s  reached")
 "The line of `servo` when the marker is reached."
 _STOPPED = re.compile(r" *([\d.]+) s  stopped: (.*)")
@@ -102,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
         )
         laboratory = _Laboratory(options, names, stack)
         camera = _served(options, names, stack)
-        if not _until(lambda: camera.said("serving "), _READY_S, stop, "the camera's server"):
+        if not _until(lambda: camera.printed("serving "), _READY_S, stop, "the camera's server"):
             return 0
         ends = _Ends(stop, camera)
         reached = [

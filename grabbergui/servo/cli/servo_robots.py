@@ -53,7 +53,7 @@ class RobotScene:
     guardian: GuardianLink | None = None
     "The guardian of a robot that would continue to move if this program died; starting."
     cameras: SimulatedCameras | None = None
-    "Of a simulated robot with its own camera: moves that to the place of a hand–eye calibration."
+    "Moves the camera of a simulated robot to the place of a hand–eye calibration; None for other robots."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

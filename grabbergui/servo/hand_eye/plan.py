@@ -21,9 +21,9 @@ class RunPlan:
     eye: str
     views: int
     small_moves: int
-    "Of the views, those from moves of at most `SMALL_DEGREES` around the first pose; 0 for a head."
+    "Views from moves of at most `SMALL_DEGREES` around the first pose; 0 for a head."
     fastest: float
-    "Of the head degrees per second, of the hand metres per second."
+    "Highest speed: of a head in degrees per second, of a hand in metres per second."
     low: tuple[float, ...]
     "Pan and tilt in degrees, or the workspace's corner in metres."
     high: tuple[float, ...]

@@ -103,7 +103,7 @@ class Progress:
     "Latest event as display text."
     step: Step
     skip: Skip | None = None
-    "Of a skipped pose."
+    "Why a pose was skipped; None if it was not."
     detail: str = ""
     "The gate's reason for a skipped pose; empty if it has none."
     known: tuple[float, float] | None = None

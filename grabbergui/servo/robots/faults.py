@@ -56,7 +56,7 @@ class Faults:
         self._after = {fault.name: fault.after for fault in faults}
         self._reports_hand, self._direction = reports_hand, direction
         self.random = np.random.default_rng(seed)
-        "Of noise and of what overtakes what."
+        "Source of noise, and of which message overtakes which."
         self._moved: float | None = None
         self._held: RobotState | None = None
         "The last true reading before a fault of the readings."

@@ -273,7 +273,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
         with QSignalBlocker(self.publishButton):
             self.publishButton.setChecked(published)
         self.publishButton.setText(self.tr("On &tf") if published else self.tr("Publish in &tf"))
-        reason = translate("Lack", "The name is published: stop publishing it first.")
+        reason = translate("Unavailable", "The name is published: stop publishing it first.")
         for edit in (self.mountEdit, self.frameEdit):
             set_available(edit, reason if published else None)
 
@@ -314,7 +314,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
     def _enable(self, *, enough: bool = False) -> None:
         eye = next((eye for eye, button in self._eyes.items() if button.isChecked()), "head")
         rests = None if enough else Unavailable.VIEWS
-        unticked = translate("Lack", "Tick the box above first.")
+        unticked = translate("Unavailable", "Tick the box above first.")
         reasons = {
             HandEyePage.SETUP: self._refused.get(eye),
             HandEyePage.PLAN: None if self.agreeBox.isChecked() else unticked,
@@ -322,7 +322,7 @@ class HandEyeDialog(calibration_dialogs.CalibratingDialog):
             HandEyePage.RESULT: None,
         }
         set_available(self.nextButton, reasons[self.page])
-        single = translate("Lack", "A single marker has no rows and columns.")
+        single = translate("Unavailable", "A single marker has no rows and columns.")
         for box in (self.columnsBox, self.rowsBox, self.pitchBox):
             set_available(box, None if self.kindBox.currentIndex() else single)
 

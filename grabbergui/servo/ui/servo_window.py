@@ -283,7 +283,7 @@ class ServoWindow(QWidget):
 
     def setHandEyeAvailable(self, available: bool) -> None:
         """Show whether hand and eye can be calibrated now, and why not."""
-        reason = translate("Lack", "Hand and eye of this robot cannot be calibrated here.")
+        reason = translate("Unavailable", "Hand and eye of this robot cannot be calibrated here.")
         set_available(self.handEyeButton, None if available else reason)
 
     def addEntry(self, entry: Entry) -> None:

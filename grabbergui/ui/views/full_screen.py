@@ -41,7 +41,7 @@ class FullScreen(QObject):
         self._window, self._image, self._controls, self._around = window, image, controls, tuple(around)
         self._hidden: list[QWidget] = []
         self._in_front: list[QWidget] = []
-        "Of the hidden ones, those that were seen: of several tabs, one."
+        "Hidden panels that were seen before: one of several tabs."
         self._shortcuts: list[QAction] = []
         self._maximised = self._active = False
         self._escape = QShortcut(Qt.Key.Key_Escape, image)

@@ -30,7 +30,7 @@ class ArmAmongStrangers(SimRobot):
     def __init__(self, model, clock, seed, faults):
         random = np.random.default_rng(seed)
         self.direction = geometry.rotation_from_vector(random.uniform(-3, 3, 3))[:, 0]
-        "Of the second master's twist, and of false poses."
+        "Axis of the second master's twist, and of false poses."
         super().__init__(model, clock, faults=Faults(faults, direction=self.direction, seed=seed))
         self.taken = False
         "Whether the controller has taken a stop since: a second master must then announce itself again."

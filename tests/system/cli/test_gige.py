@@ -16,7 +16,7 @@ from grabbergui.driver.sim.gige.registers import GVCP_CONFIGURATION
 from grabbergui.driver.sim.gige.server import GigeCamera
 
 NET = f"127.85.{os.getpid() % 250 + 1}"
-"Of this test run alone, as others may run beside it."
+"Network of this test run alone: others may run at the same time."
 ADDRESSES = (f"{NET}.1", f"{NET}.2")
 
 

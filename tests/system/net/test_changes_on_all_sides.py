@@ -31,7 +31,7 @@ VALUES = itertools.cycle(tenth / 10 for tenth in range(1, 240))
 LOCAL = ("camera", "window", "terminal", "YARP client", "YARP terminal")
 ROS2 = ("ROS 2 client", "ROS 2 service", "ROS 2 parameter")
 GAIN_REGISTER = 0x100404
-"""Of the simulated camera, in hundredths of a decibel."""
+"""The simulated camera's register, in hundredths of a decibel."""
 
 
 @pytest.fixture(autouse=True)

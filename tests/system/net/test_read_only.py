@@ -60,7 +60,7 @@ ARGUMENTS = {
     Operation.SET_FIELD_OF_VIEW: (60.0, 40.0),
     Operation.SET_MIRROR: (True,),
 }
-"Of each request of YARP's frame grabbers that sets something."
+"Arguments of each request of YARP's frame grabbers that sets something."
 BLUE = SettingKey.parse("BalanceRatio[BalanceRatioSelector=Blue]")
 
 

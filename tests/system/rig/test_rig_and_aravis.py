@@ -18,7 +18,7 @@ from grabbergui.rig.rig_file import CameraEntry, RigEntry, TriggerEntry
 from patience import PATIENCE
 
 NET = f"127.91.{os.getpid() % 250 + 1}"
-"Of this test run alone, as others may run beside it."
+"Network of this test run alone: others may run at the same time."
 NAMES = ("left", "right")
 pytestmark = pytest.mark.skipif(
     not (shutil.which("arv-tool-0.8") and shutil.which("arv-camera-test-0.8")),

@@ -14,7 +14,7 @@ from grabbergui.rig.trigger_diagnosis import TriggerCause
 from patience import PATIENCE, allowance, until
 
 NET = f"127.89.{os.getpid() % 250 + 1}"
-"Of this test run alone, as others may run beside it."
+"Network of this test run alone: others may run at the same time."
 SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.EXPOSURE_TIME: 3000.0, reg.FRAME_RATE: 20.0}
 NAMES = ("left", "right", "top")
 

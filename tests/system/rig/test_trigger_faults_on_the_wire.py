@@ -22,7 +22,7 @@ from grabbergui.rig.trigger_diagnosis import TriggerCause
 from patience import until
 
 NET = f"127.90.{os.getpid() % 250 + 1}"
-"Of this test run alone, as others may run beside it."
+"Network of this test run alone: others may run at the same time."
 TRIES = range(int(os.environ.get("GRABBERGUI_TRIGGER_TRIES", "1")))
 MS = 1_000_000
 PULSES = 14

@@ -39,11 +39,11 @@ def robot(names, simulated):
 
 @pytest.fixture
 def config():
-    """Of a run in real time."""
+    """Return the configuration of a run in real time."""
     return patient_config()
 
 
 @pytest.fixture
 def patient():
-    """Of a run in real time that no limit is to stop."""
+    """Return the configuration of a run in real time without limits."""
     return patient_config(MOST)

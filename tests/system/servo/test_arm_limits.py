@@ -28,7 +28,7 @@ STOPPED = {
 }
 "Seconds and metres within which each fault stops the arm, as docs/servoing.md states."
 LATEST_S, LATE_SHARE = 0.7, 0.002
-"Of random cases, so many may take longer, but no longer than this: the arm's own motion hides the fault."
+"Seconds for the few random cases, by share, in which the arm's own motion hides the fault."
 SLOW = 0.025
 "Metres after which a slow or blocked arm, too, has been stopped."
 

@@ -26,7 +26,7 @@ HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <Port Name="Device"/>"""
 ALL = os.environ.get("GRABBERGUI_ALL_TWINS", "") not in ("", "0")
 EXPOSURE_REGISTER = 0x100330
-"""Of the simulated camera: microseconds, a big-endian double."""
+"""The simulated camera's register: microseconds, a big-endian double."""
 
 
 @pytest.fixture

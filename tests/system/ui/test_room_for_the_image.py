@@ -39,7 +39,7 @@ def panel(app, key):
 
 
 def share(app):
-    """Of the window's pixels, those that show the current camera's image."""
+    """Return the share of the window's pixels that show the current camera's image."""
     canvas, window = app.window.image.canvas, app.window
     first, last = canvas.frameToView(0, 0).toPoint(), canvas.frameToView(*canvas.imageSize).toPoint()
     shown = QRect(first, last).intersected(canvas.rect())

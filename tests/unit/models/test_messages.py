@@ -158,7 +158,7 @@ def test_a_message_begins_with_a_capital_unless_it_begins_with_a_name(text, sent
 
 
 def test_the_cause_comes_first_where_a_line_is_cut():
-    """Of the most important words only "…is ful…" was seen."""
+    """Before, only "…is ful…" of the most important words was visible."""
     message = UserMessage("/home/user/pictures/a.tiff could not be written: the disk is full")
     assert message.cause_first == "The disk is full: /home/user/pictures/a.tiff could not be written"
     assert UserMessage("saved").cause_first == "Saved"

@@ -15,7 +15,7 @@ from grabbergui.driver.sim.timing import FRAME_START, SimulatedClock
 from grabbergui.rig.trigger_diagnosis import ActionKeys, TriggerCause, TriggerEvidence, diagnose
 
 TRIES = 20
-"Of each fault, with different signals; 100 were tried once."
+"Runs with each fault and different signals; 100 were tried once."
 PULSES = 30
 MS = 1_000_000
 EVENTS = {

@@ -7,5 +7,5 @@ from servo_limits import patient_config
 
 @pytest.fixture
 def config():
-    """Of a run in real time."""
+    """Return the configuration of a run in real time."""
     return patient_config()

@@ -23,7 +23,7 @@ def tuned(**changes):
 
 
 def head_speed(loop, robot, seconds=0.3):
-    """Of the fastest command that a target far off centre leads to; the robot itself stays where it is."""
+    """Return the speed of the fastest command for a target far off centre; the robot itself does not move."""
     fastest = 0.0
     for _ in range(round(seconds / 0.02)):
         robot.time += 0.02

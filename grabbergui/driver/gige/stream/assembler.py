@@ -66,7 +66,7 @@ class BlockAssembler:
         self._resender = Resender(self.policy, channel)
         self._previous_leader: Leader | None = None
         self._previous_id = -1
-        "Of the block that the leader belongs to."
+        "Id of the block that this leader belongs to."
         self._previous_packets = 0
         "Payload packets of the last image."
         self._finished: deque[Block] = deque()

@@ -118,7 +118,7 @@ class Block:
         self.timestamp = 0
         "Device ticks of an H.264 image, which its leader does not have."
         self._flows: Flows | None = None
-        "Of a GenDC container."
+        "Flows of a GenDC container; None for other payloads."
 
     @property
     def counted_only(self) -> bool:

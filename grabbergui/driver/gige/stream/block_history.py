@@ -18,7 +18,7 @@ REMEMBERED = 64
 
 
 class Meaning(Enum):
-    """Of a packet for which no block is open."""
+    """Meaning of a packet for which no block is open."""
 
     NEXT = "begins a block"
     LATE = "of a finished block"

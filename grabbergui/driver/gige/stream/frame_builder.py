@@ -50,7 +50,7 @@ class FrameBuilder:
         self._reader = PayloadReader(big_endian=big_endian)
         self._video = H264Stream()
         self._number = 0
-        "Of the last H.264 image; goes on where block ids of 16 bits begin again."
+        "Number of the last H.264 image; continues where block ids of 16 bits begin again."
 
     def build(self, block: Block) -> Frame:
         """Return a frame whose payload is a view of the block's buffer."""

@@ -33,7 +33,7 @@ class PacketDelayPolicy:
 
     seconds: float | None = None
     bytes_per_second: float | None = None
-    "Of IP datagrams, headers included."
+    "Rate of IP datagrams, headers included."
 
     @classmethod
     def parse(cls, delay: str, bandwidth: str) -> PacketDelayPolicy:

@@ -24,7 +24,7 @@ from grabbergui.driver.gige.stream.packet_origin import PacketOrigin
 SLOTS = 512
 "Datagrams a call, at most."
 BATCH_BYTES = 2 << 20
-"Of all slots together: with fewer, calls cost more than copies; more do not fit the processor's cache."
+"Bytes of all slots: with fewer, calls cost more than copies; more do not fit the processor's cache."
 USUAL_DATAGRAM = 1500
 SHORTEST_SLOT = 64
 FEW = 6

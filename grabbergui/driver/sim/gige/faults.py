@@ -34,7 +34,7 @@ class GigeFaults:
     height_in_trailer: bool = False
     "Leaders announce no height, as line-scan cameras do."
     seed: int = 1
-    "Of the random numbers, so that a run can be repeated."
+    "Seed of the random numbers, so that a run can be repeated."
 
     def __post_init__(self) -> None:
         # Written so that NaN is refused as well.

@@ -79,7 +79,7 @@ class StreamSender:
         self._settings: list[StreamSettings] = []
         "By channel."
         self._batches: dict[int, DatagramBatch] = {}
-        "Of the open channels; a channel that is closed and opened again has another."
+        "Batch of each open channel; a channel that is closed and opened again gets another."
         self._kept: OrderedDict[int, dict[int, FramePackets]] = OrderedDict()
         "Frames by block id, as each channel sent them; their payload is the same."
         self._lock = threading.Lock()

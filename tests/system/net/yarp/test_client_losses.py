@@ -257,7 +257,7 @@ def test_a_server_that_is_back_with_other_values_reports_it(
 def test_a_server_that_answers_nonsense_on_its_return_is_back_once_it_answers(
     scene: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of one of YARP's own nothing else says that it is back."""
+    """Nothing else shows that one of YARP's own servers is back."""
     pretend_to_be_yarps_own(monkeypatch, "3.x")
     states: list[ConnectionState] = []
     with scene.share():

@@ -125,7 +125,7 @@ def test_rows_without_a_free_buffer_are_only_counted() -> None:
 
 
 Outcome = list[tuple[int, bool, int, bytes]]
-"Of each block its id, whether it is complete, how many bytes are missing, and the payload."
+"Id, completeness, number of missing bytes and payload of each block."
 
 
 def check_rows_and_singles_agree(*batches: list[bytes], **options: object) -> tuple[Bench, Outcome]:
