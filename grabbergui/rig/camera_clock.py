@@ -178,6 +178,8 @@ class CameraClock:
         status = self._text("PtpStatus") or self._text("GevIEEE1588Status")
         offset = self._value("PtpOffsetFromMaster")
         grandmaster = self._text("PtpGrandmasterClockID")
+        if not grandmaster.strip("0"):  # it knows none yet
+            grandmaster = ""
         settled = status in PTP_SETTLED
         problem = "" if settled else f"not locked to a master (PtpStatus {status or 'unknown'})"
         return ClockState(
@@ -209,7 +211,28 @@ def _believable(found: HostTime, uncertainty_ns: int, arrival: FrameStamp) -> Fr
 def network_clock(clocks: Iterable[CameraClock]) -> ClockEstimate | None:
     """Return the clock of the network if all cameras follow it, as the first one shows it; else None."""
     clocks = tuple(clocks)
-    return clocks[0].estimate if all(clock.follows_ptp for clock in clocks) else None
+    states = [clock.state for clock in clocks]
+    return clocks[0].estimate if all(clock.follows_ptp for clock in clocks) and _one_master(states) else None
+
+
+def _one_master(states: Iterable[ClockState]) -> bool:
+    """Whether settled cameras can follow one master: two of them, or two grandmasters, are two clocks."""
+    states = tuple(states)
+    named = {state.grandmaster for state in states if state.grandmaster}
+    return len(named) <= 1 and sum(state.ptp_status == "Master" for state in states) <= 1
+
+
+def with_conflicts(states: Mapping[str, ClockState]) -> dict[str, ClockState]:
+    """Return the states with a problem for each camera that follows another master than those before it."""
+    found: dict[str, ClockState] = {}
+    for name, state in states.items():
+        others = {other: each for other, each in found.items() if each.kind == "ptp" and not each.problem}
+        if state.kind == "ptp" and not state.problem and not _one_master([*others.values(), state]):
+            master = f" {state.grandmaster}" if state.grandmaster else ""
+            problem = f"it follows another PTP master{master} than {next(iter(others))}"
+            state = replace(state, problem=problem)
+        found[name] = state
+    return found
 
 
 def ptp_switch(grabber: FrameGrabber) -> str | None:

@@ -20,7 +20,14 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import SettingKey
 from grabbergui.rig import camera_features
-from grabbergui.rig.camera_clock import CameraClock, ClockState, ClockWatch, network_clock, ptp_switch
+from grabbergui.rig.camera_clock import (
+    CameraClock,
+    ClockState,
+    ClockWatch,
+    network_clock,
+    ptp_switch,
+    with_conflicts,
+)
 from grabbergui.rig.camera_features import OWN, SEND
 from grabbergui.rig.clock_fit import HostTime
 from grabbergui.rig.followers import Followers
@@ -338,7 +345,7 @@ class RigGrabber(FrameGrabber):
         clocks = self._clocks_of_cameras()
         if self._watch is None:
             ClockWatch(clocks, lambda: None).read()
-        return {name: clock.state for name, clock in clocks.items()}
+        return with_conflicts({name: clock.state for name, clock in clocks.items()})
 
     def trigger_findings(self) -> dict[str, TriggerFinding]:
         """Return, by camera, what is wrong with its trigger. Reads settings; raises GrabberError."""
