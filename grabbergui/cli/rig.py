@@ -195,7 +195,7 @@ def _check(options: argparse.Namespace) -> int:
         counts, states = rig.counts(), rig.clock_states()
         statistics = {name: camera.statistics() for name, camera in rig.cameras.items()}
         budgets = budgets_of(rig.entry, rig.cameras)
-        findings = rig.trigger_findings()
+        findings, triggers = rig.trigger_findings(), rig.trigger_counts()
     problems = [problem for budget in budgets for problem in budget.problems]
     problems += [f"{name}: {state.problem}" for name, state in states.items() if state.problem]
     problems += [f"{name}: {finding.sentence}" for name, finding in findings.items() if finding.sentence]
@@ -222,9 +222,11 @@ def _check(options: argparse.Namespace) -> int:
     width = max(map(len, statistics))
     for name, each in statistics.items():
         lost = each.lost + each.incomplete
+        missed = triggers[name].missed if name in triggers else 0
         print_line(
             f"{name:{width}}  in {counts.sets - counts.missing[name]} of {counts.sets} sets,"
-            f" {counted(lost, 'frame')} lost, {each.packets_resent} packets resent; clock: {states[name]}"
+            f" {counted(lost, 'frame')} lost, {each.packets_resent} packets resent"
+            f"{f', {missed} triggers missed' if missed else ''}; clock: {states[name]}"
         )
     print_line(f"sets: {counts}")
     for problem in problems:
