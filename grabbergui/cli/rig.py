@@ -87,7 +87,7 @@ def add_commands(commands: Any) -> None:
     budget.add_argument(
         "--measure",
         action="store_true",
-        help="find the rate that the link carries, by the cameras' streams at rising rates (some 20 s)",
+        help="find the rate that the link carries, by the cameras' streams at rising rates (some 30 s)",
     )
     budget.add_argument(
         "--verify", action="store_true", help="stream with the delays for -t seconds, and count what is lost"

@@ -74,9 +74,17 @@ class RateSearch:
         self._most = most
         self._low = 0.0
         self._high: float | None = None
+        self._doubted = False
+        "Whether the last trial lost packets for the first time at its rate."
 
     def note(self, trial: LinkTrial) -> None:
-        """Take note of the trial at `rate`, and choose the next."""
+        """Take note of the trial at `rate`, and choose the next.
+
+        A rate that loses packets is tried again, as a computer that is busy for a moment loses some, too.
+        """
+        self._doubted = not trial.clean and not self._doubted
+        if self._doubted:
+            return
         if trial.clean:
             self._low = max(self._low, trial.rate)
             self.carried = max(self.carried, min(trial.arrived, trial.rate))
@@ -101,7 +109,7 @@ def measure(
     tried: Callable[[LinkTrial], object] = lambda trial: None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> RateSearch:
-    """Measure the link with open cameras that do not stream; it takes some 15 s.
+    """Measure the link with open cameras that do not stream; it takes some 30 s.
 
     They run free and as fast as they can; a pause after each packet makes the rate. Their settings come back.
     `tried` is called with each trial, `stopped` ends the search early. Raises UsageError for cameras without
