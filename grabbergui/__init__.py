@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     from grabbergui.rig.frame_sets import FrameSet, FrameStamp, SetState
     from grabbergui.rig.set_statistics import SetCounts
 
-__version__ = "0.2.0"
+__version__ = "0.3.0.dev0"
 
 _HOMES = {
     "open": "library",

@@ -190,9 +190,15 @@ def _unknown(words: list[str], command: str, parser: argparse.ArgumentParser) ->
         return UsageError(f"{command} takes no further argument, such as '{words[0]}'")
     name = option.partition("=")[0]
     names = [each for action in parser._actions for each in action.option_strings]
-    near = [each for each in names if each.startswith(name)] or difflib.get_close_matches(name, names, n=1)
+    near = [each for each in names if each.startswith(name)] or _similar(name, names)
     hint = f"; did you mean {' or '.join(near)}?" if near else f"; `grabbergui {command} --help` lists them"
     return UsageError(f"{command} has no option {name}{hint}")
+
+
+def _similar(name: str, names: Iterable[str]) -> list[str]:
+    """Return the option that is most like a name, if one is; dashes are no likeness."""
+    bare = {each.lstrip("-"): each for each in names}
+    return [bare[each] for each in difflib.get_close_matches(name.lstrip("-"), bare, n=1)]
 
 
 def _check_is_source(word: str) -> None:

@@ -5,8 +5,9 @@ unchanged, and the window shows it in its bar. The file that calls another libra
 one of these.
 
 Where Python has an exception for the same thing, an error is one, too (`TimeoutError`, `ValueError`,
-`KeyError`, `PermissionError`), so that programs may catch what they catch elsewhere. Code here that catches
-one of those, or `OSError`, around calls that raise these must let GrabberError pass first.
+`KeyError`, `PermissionError`, `FileNotFoundError`), so that programs may catch what they catch elsewhere.
+Code here that catches one of those, or `OSError`, around calls that raise these must let GrabberError pass
+first.
 """
 
 from __future__ import annotations
@@ -29,11 +30,11 @@ class UsageError(GrabberError, ValueError):
     """An invalid request, such as a malformed URI or an assignment that is not NAME=VALUE."""
 
 
-class MissingFileError(UsageError):
+class MissingFileError(UsageError, FileNotFoundError):
     """The named file or folder does not exist."""
 
 
-class ExistingFileError(UsageError):
+class ExistingFileError(UsageError, FileExistsError):
     """The named file or folder exists, and is not overwritten."""
 
 

@@ -80,14 +80,20 @@ def kind_of(
     """Return the kind for a path's suffix: a movie, MCAP, one TIFF or NumPy array, or a folder of PNG.
 
     `codec` is one of CODECS, h264 by default; `codec` and `lossless` are for a movie, `tiff` and `bag` for a
-    folder. Raises UsageError.
+    folder. A folder's name may end with digits after a dot, as in a date. Raises UsageError, also for other
+    endings, which would be a file's.
     """
     suffix = path.suffix.lower()
+    is_file = bool(suffix) and not suffix[1:].isdigit()
     if bag:
-        if suffix or tiff or lossless or codec is not None:
-            raise UsageError(f"bag is for a folder of ROS 2 messages, and the only option; {path} is not one")
+        if is_file:
+            raise UsageError(
+                f"a bag is a folder, which has no ending: name {path.with_suffix('')}, not {path}"
+            )
+        if tiff or lossless or codec is not None:
+            raise UsageError("a bag has uncompressed images: leave out tiff, lossless and codec")
         return RecordingKind.BAG
-    if suffix in _NOT_WRITTEN:
+    if is_file and suffix not in _BY_SUFFIX and suffix != ".mp4":
         raise UsageError(f"{path}: recordings are .mp4, .mcap, .tiff, .npy, or a folder (no ending)")
     if tiff and suffix in (".mp4", ".mcap", ".npy"):
         raise UsageError(f"tiff is for a folder of images, not for {path.name}")

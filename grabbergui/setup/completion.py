@@ -109,6 +109,8 @@ class Completer:
             return self._sources(word)
         if kind == "source or file":
             return self._sources(word) if ":" in word else Answer({}, "files")
+        if kind == "feature" and "[" in word:
+            return self._selector(word, source, "]")
         if kind == "feature":
             return _matching(dict.fromkeys(self.feature_names(source), ""), word)
         if kind == "assignment":
@@ -117,10 +119,26 @@ class Completer:
 
     def _assignment(self, word: str, source: str) -> Answer:
         name, equals, _ = word.rpartition("=")
-        if not equals or name.count("[") > name.count("]"):  # selectors have equals signs of their own
+        if word.count("[") > word.count("]"):
+            return self._selector(word, source, "]=")
+        if not equals:
             return _matching({f"{name}=": "" for name in self.feature_names(source)}, word, "nospace")
         values = self.values(source, name.partition("[")[0])
         return _matching(dict.fromkeys((f"{name}={value}" for value in values), ""), word)
+
+    def _selector(self, word: str, source: str, end: str) -> Answer:
+        """Complete what is in the brackets of `TriggerMode[TriggerSelector=FrameStart]`, up to `end`."""
+        feature, _, inside = word.partition("[")
+        others, comma, typed = inside.rpartition(",")
+        start, selector = f"{feature}[{others}{comma}", typed.partition("=")[0]
+        if "=" in typed:
+            words = [f"{start}{selector}={entry}{end}" for entry in self.values(source, selector)]
+        else:
+            names = [name for name in self.feature_names(source) if name.endswith("Selector")]
+            # A selector's name mostly begins as its features' do: TriggerSelector, TriggerMode.
+            likely = [name for name in names if feature.startswith(name.removesuffix("Selector"))]
+            words = [f"{start}{name}=" for name in likely or names]
+        return _matching(dict.fromkeys(words, ""), word, "nospace")
 
     def _sources(self, word: str) -> Answer:
         if word.startswith("file:"):

@@ -93,6 +93,8 @@ def test_a_loss_is_raised_when_it_is_known() -> None:
         (grabbergui.ClosedError, ValueError),
         (grabbergui.AccessDeniedError, PermissionError),
         (grabbergui.SourceNotFoundError, LookupError),
+        (grabbergui.MissingFileError, FileNotFoundError),
+        (grabbergui.ExistingFileError, FileExistsError),
     ],
 )
 def test_an_error_is_what_python_has_for_it_too(error: type[Exception], python: type[Exception]) -> None:

@@ -19,7 +19,8 @@ def completer():
     names = {"gige:GV01": ["GainRaw", "ExposureTimeAbs"]}
     table = json.loads(TABLE.read_text("utf-8"))
     values = lambda uri, name: simulated_values().get(name, [])  # noqa: E731
-    return Completer(table, lambda: FOUND, lambda uri: names.get(uri, ["ExposureTime", "Gain"]), values)
+    simulated = ["ExposureTime", "Gain", "TriggerSelector", "LineSelector"]
+    return Completer(table, lambda: FOUND, lambda uri: names.get(uri, simulated), values)
 
 
 @pytest.mark.parametrize(
@@ -44,7 +45,16 @@ def completer():
                 "TriggerMode[TriggerSelector=FrameStart]=On",
             ],
         ),
-        ("set sim: TriggerMode[TriggerSelector=", []),
+        (
+            "set sim: TriggerMode[TriggerSelector=",
+            [
+                "TriggerMode[TriggerSelector=FrameStart]=",
+                "TriggerMode[TriggerSelector=FrameBurstStart]=",
+            ],
+        ),
+        ("set sim: TriggerMode[", ["TriggerMode[TriggerSelector="]),
+        ("get sim: TriggerMode[TriggerSelector=FrameS", ["TriggerMode[TriggerSelector=FrameStart]"]),
+        ("get gige:GV01 Gain[Ga", []),
         ("set sim: Gain=", []),
         ("run sim: Gain", ["Gain"]),
         ("gui --theme l", ["light"]),

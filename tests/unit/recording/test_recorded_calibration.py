@@ -90,10 +90,10 @@ def test_a_message_keeps_region_and_binning():
 @pytest.mark.parametrize("options", [{"tiff": True}, {"codec": "h264"}, {"lossless": True}])
 def test_a_bag_is_a_folder_and_the_only_option(tmp_path, options):
     assert kind_of(tmp_path / "scene", bag=True) is RecordingKind.BAG
-    with pytest.raises(UsageError, match="bag is for a folder"):
+    with pytest.raises(UsageError, match="leave out tiff, lossless and codec"):
         kind_of(tmp_path / "scene", bag=True, **options)
-    with pytest.raises(UsageError, match="bag is for a folder"):
-        kind_of(tmp_path / "scene.mp4", bag=True)
+    with pytest.raises(UsageError, match=r"a bag is a folder.*: name .*scene, not .*scene\.mcap"):
+        kind_of(tmp_path / "scene.mcap", bag=True)
 
 
 def test_a_calibration_has_no_place_in_a_movie(tmp_path, calibration, capsys):

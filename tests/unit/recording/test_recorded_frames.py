@@ -191,8 +191,10 @@ def test_the_suffix_chooses_the_kind():
     assert kind_of(Path("a.mp4"), lossless=True) is RecordingKind.LOSSLESS
     assert kind_of(Path("a.mcap")) is RecordingKind.MCAP
     assert kind_of(Path("a")) is RecordingKind.PNG
-    with pytest.raises(GrabberError, match=r"\.mcap"):
-        kind_of(Path("a.bag"))
+    assert kind_of(Path("run.2026.11.28")) is RecordingKind.PNG
+    for name in ("a.bag", "a.xyz", "a.mp3", "a.png"):
+        with pytest.raises(UsageError, match=r"recordings are \.mp4, \.mcap"):
+            kind_of(Path(name))
 
 
 @pytest.mark.parametrize(
