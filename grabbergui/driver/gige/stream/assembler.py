@@ -35,6 +35,8 @@ from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
 
 UNAVAILABLE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)
 "The device cannot send the packet again."
+_LATER = (Status.PACKET_NOT_YET_AVAILABLE, Status.PACKET_TEMPORARILY_UNAVAILABLE)
+"It was asked too early: the packet comes, or is asked for again."
 
 
 class BlockAssembler:
@@ -109,7 +111,7 @@ class BlockAssembler:
         if header.failed:
             if header.status in UNAVAILABLE:
                 block.note_unavailable(packet_id)
-            else:
+            elif header.status not in _LATER:
                 text = status_text(header.status)
                 self._layout.warn_once(f"stream packets with {text}", "the camera could not send their data")
         elif block.has(packet_id):

@@ -260,7 +260,7 @@ def test_waits_double_from_try_to_try() -> None:
     assert asked == pytest.approx([0.02, 0.06, 0.14], abs=0.002), "the first left with the data"
 
 
-def test_what_was_not_sent_yet_is_asked_for_again() -> None:
+def test_what_was_not_sent_yet_is_asked_for_again(caplog: pytest.LogCaptureFixture) -> None:
     bench = Bench()
     sent = block(1)
     bench.feed(sent[:10])
@@ -270,6 +270,7 @@ def test_what_was_not_sent_yet_is_asked_for_again() -> None:
     status = Status.PACKET_NOT_YET_AVAILABLE
     assert bench.feed([PacketHeader(PacketFormat.PAYLOAD, 1, 10, status).encode()]) == []
     assert ids(bench.feed(sent[10:])) == [1] and bench.statistics.incomplete == 0
+    assert not caplog.records, "nothing is wrong with such a stream"
 
 
 def test_the_wait_follows_the_answers_within_its_bounds() -> None:
