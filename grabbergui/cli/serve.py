@@ -130,7 +130,8 @@ def _run(arguments: argparse.Namespace) -> int:
         if options.introspection:
             for feature in grabber.features():
                 log.warning("%s", _introspected(feature))
-        grabber.start()
+        if not options.lifecycle:
+            grabber.start()
         shared = stack.enter_context(_read_only(grabber)) if options.read_only else grabber
         calibration = served_calibration(shared, options)
         published: dict[str, Callable[[], int]] = {}
@@ -320,6 +321,7 @@ def _on_ros2(
         qos=options.qos,
         ros_args=ros_args,
         read_only=options.read_only,
+        lifecycle=options.lifecycle,
         terminal=remote_terminal(grabber),
     )
     with server:

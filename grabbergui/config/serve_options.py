@@ -91,6 +91,9 @@ class ServeOptions:
         choices=("reliable", "sensor_data"),
         needs="ros2",
     )
+    lifecycle: bool = _option(
+        False, "a managed node, which sends once `ros2 lifecycle set` has activated it", needs="ros2"
+    )
 
     def __post_init__(self) -> None:
         for name in ("period", "lost_timeout"):

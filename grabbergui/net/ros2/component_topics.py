@@ -45,11 +45,12 @@ class ComponentTopics:
         stamp: Stamp,
         camera_info: Callable[[Frame, Frame], Any],
         count: Callable[[Any, int], None],
+        enabled: Callable[[], bool],
     ) -> None:
         """`publisher` makes one for a message type and a topic; `stamp` fills headers.
 
         `camera_info` returns the message for a frame's component. `count` notes the bytes that a publisher
-        sent.
+        sent. Nothing is sent unless `enabled`.
         """
         from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 
@@ -57,7 +58,7 @@ class ComponentTopics:
         self._image_type, self._info_type = Image, CameraInfo
         self._cloud_type, self._field_type = PointCloud2, PointField
         self._publisher, self._stamp, self._camera_info = publisher, stamp, camera_info
-        self._count = count
+        self._count, self._enabled = count, enabled
         self._scan = CurrentScan3d(grabber)
         self._writer = ImageWriter()
         self._topics: dict[str, tuple[Any, Any]] = {}
@@ -84,7 +85,7 @@ class ComponentTopics:
 
     def _publish(self, frame: Frame) -> bool:
         """Publish on the topics that have subscribers; return whether there was one."""
-        if not frame.parts and not frame.pixel_format.is_coordinate:
+        if not self._enabled() or not (frame.parts or frame.pixel_format.is_coordinate):
             return False
         sent = False
         for name, part in components_of(frame):

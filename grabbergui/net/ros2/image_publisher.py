@@ -49,6 +49,8 @@ class ImagePublisher:
         self._calibration = calibration
         self._info_type = CameraInfo
         self.published = 0
+        self.enabled = True
+        "Whether frames are published. Any thread."
         self._traffic: dict[str, tuple[int, int]] = {}
         "Messages and their bytes by topic. Replaced, never changed, so that any thread may read it."
         self._node = node
@@ -100,7 +102,7 @@ class ImagePublisher:
         self._info_sent: object = None
         "Facts from which the last camera_info was made; a subscriber may come while no frame does."
         self._components = ComponentTopics(
-            node, grabber, publisher, self._stamp, self._camera_info, self._count
+            node, grabber, publisher, self._stamp, self._camera_info, self._count, lambda: self.enabled
         )
         self._sink = FrameSink(grabber, self._publish, name="ros2 images", reopens=True)
 
@@ -122,6 +124,8 @@ class ImagePublisher:
 
     def _publish(self, frame: Frame) -> bool:
         """Publish a frame; return whether anybody subscribes."""
+        if not self.enabled:
+            return False
         frame_id = self._node.get_parameter("frame_id").value
         stamp = self._stamps.of(frame)
         wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]

@@ -83,12 +83,14 @@ class Ros2Node:
         ros_args: Sequence[str] = (),
         domain: int | None = None,
         shared_memory: bool = True,
+        lifecycle: bool = False,
         **options: Any,
     ) -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2, UsageError for bad `ros_args`.
 
         `ros_args` are what ROS's programs take behind `--ros-args`: `-r`, `-p`, `--params-file` …
         `domain` is that of ROS_DOMAIN_ID by default.
+        With `lifecycle` it is a managed node.
         Without `shared_memory` the first node of a process decides that it sends by UDP alone.
         """
         require_ros2()
@@ -108,7 +110,8 @@ class Ros2Node:
                 domain_id=domain,
                 signal_handler_options=SignalHandlerOptions.NO,
             )
-            self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)
+            create = _managed_node if lifecycle else rclpy.create_node
+            self.node = create(name, namespace=namespace or None, context=self.context, **options)
         except (RuntimeError, ValueError) as error:
             self.context.try_shutdown()
             if not ros_args and isinstance(error, RuntimeError):
@@ -174,6 +177,12 @@ class Ros2Node:
             except Exception:
                 # One failed callback must not stop the others.
                 log.exception("%s: a callback failed", self._thread.name)
+
+
+def _managed_node(name: str, **options: Any) -> Any:
+    from rclpy.lifecycle import LifecycleNode
+
+    return LifecycleNode(name, **options)
 
 
 def steady_timer(node: Any, seconds: float, callback: Callable[[], None], **options: Any) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from grabbergui.calibration.fitting import FittedCalibration
@@ -16,6 +17,7 @@ from grabbergui.net.ros2.diagnostics import Diagnostics
 from grabbergui.net.ros2.grabber_services import GrabberServices
 from grabbergui.net.ros2.image_messages import DEFAULT_URL, path_of
 from grabbergui.net.ros2.image_publisher import ImagePublisher
+from grabbergui.net.ros2.lifecycle import ManagedImages
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.requirements import require_ros2
 from grabbergui.net.ros2.rosout import RosoutHandler
@@ -46,6 +48,7 @@ class Ros2GrabberServer:
         ros_args: Sequence[str] = (),
         domain: int | None = None,
         read_only: bool = False,
+        lifecycle: bool = False,
         terminal: Terminal = no_terminal,
     ) -> None:
         """Create the node; nothing is published before `start`.
@@ -53,6 +56,7 @@ class Ros2GrabberServer:
         `frame_id` is the default of the parameter of that name. `calibration` goes out as `camera_info`, and
         `set_camera_info` replaces it; its file is the default of `camera_info_url`. With `read_only` nobody
         may set them; a `ReadOnlyGrabber` refuses the rest. `domain` is that of ROS_DOMAIN_ID by default.
+        With `lifecycle` it is a managed node, and the stream is started when that is activated.
 
         Raises UsageError for a bad name, calibration or `ros_args`, OSError where the calibration cannot be
         read, SourceUnavailableError without ROS 2.
@@ -70,6 +74,7 @@ class Ros2GrabberServer:
             namespace,
             ros_args=ros_args,
             domain=domain,
+            lifecycle=lifecycle,
             enable_rosout=True,
             start_parameter_services=False,
         )
@@ -88,50 +93,73 @@ class Ros2GrabberServer:
             self._parameters = FeatureParameters(node, grabber, read_only=read_only)
             node.create_service(SetCameraInfo, "~/set_camera_info", self._on_set_camera_info)
             Diagnostics(node, grabber, self._counters)
-            self._images = ImagePublisher(node, grabber, qos, self._calibration)
+            images = partial(ImagePublisher, node, grabber, qos, self._calibration)
+            self._managed = (
+                ManagedImages(node, images, self._start_stream, self._stop_stream) if lifecycle else None
+            )
+            self._only = None if lifecycle else images()
         except BaseException:
             self._rosout.close()
             self._ros.close()
             raise
 
     @property
+    def _images(self) -> ImagePublisher | None:
+        """The publisher; None while a managed node is not configured."""
+        return self._only if self._managed is None else self._managed.images
+
+    @property
     def published(self) -> int:
-        """Images published."""
-        return self._images.published
+        """Images published; of a managed node, since it was configured."""
+        images = self._images
+        return 0 if images is None else images.published
 
     def connected(self) -> list[Reader]:
         """Return who subscribes to images. ROS 2 does not report who calls services. Any thread."""
-        return self._images.readers()
+        images = self._images
+        return [] if images is None else images.readers()
 
     def places(self) -> list[str]:
         """Return the topics of the images as display text, with the domain."""
         return [f"{self.name}/image_raw in domain {self._ros.domain}"]
 
     def _counters(self) -> dict[str, int]:
-        return {"published": self.published, "dropped": self._images.dropped}
+        images = self._images
+        return {"published": self.published, "dropped": 0 if images is None else images.dropped}
 
     def start(self) -> None:
-        """Join the network; start the stream if it is off."""
+        """Join the network; start the stream if it is off, unless the node is managed."""
         try:
             self._parameters.start()
             self._calibration.assume_settings()
-            if not self._grabber.streaming:
-                self._grabber.start()
-                self._started_stream = True
+            if self._only is not None:
+                self._start_stream()
         except BaseException:
             self.stop()
             raise
-        self._images.start()
+        if self._only is not None:
+            self._only.start()
         self._ros.start()
 
     def stop(self) -> None:
         """Leave the network; stop the stream if it was started here. May be called twice."""
-        self._images.stop()
+        if (images := self._images) is not None:
+            images.stop()
         self._calibration.close()
         self._parameters.stop()
         self._services.close()
         self._rosout.close()
         self._ros.close()
+        self._stop_stream()
+
+    def _start_stream(self) -> None:
+        """Start the stream if it is off. Raises GrabberError."""
+        if not self._grabber.streaming:
+            self._grabber.start()
+            self._started_stream = True
+
+    def _stop_stream(self) -> None:
+        """Stop the stream if it was started here."""
         if self._started_stream:
             self._started_stream = False
             try:
