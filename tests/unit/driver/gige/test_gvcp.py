@@ -208,6 +208,7 @@ def test_the_bytes_of_another_address_are_not_taken_for_those_requested() -> Non
         (gvcp.decode_pending_ack, "000000", "of 3 bytes, need 4"),
         (Ack.decode, "0000 0081 0004", "of 6 bytes, need 8"),
         (Ack.decode, "0000 0081 0004 0001 00", "announces 4 bytes, 1 arrived"),
+        (Ack.decode, "0001 0081 0004 0001 00", "announces 4 bytes, 1 arrived"),
     ):
         with pytest.raises(RemoteProtocolError, match=reason):
             decode(bytes.fromhex(digits))
@@ -218,7 +219,7 @@ def test_what_is_no_command_is_refused_with_its_reason() -> None:
         ("42 01 0080 0000", "of 6 bytes, need 8"),
         ("43 01 0080 0000 0001", "begins with 0x43 instead of 0x42"),
         ("42 01 0080 0004 0001", "announces 4 bytes, 0 arrived"),
-        ("42 01 0080 0000 0000", "req_id 0"),
+        ("42 01 0080 0000 0000", "^GVCP command with req_id 0$"),
     ):
         with pytest.raises(RemoteProtocolError, match=reason):
             gvcp.split_command(bytes.fromhex(datagram))

@@ -21,7 +21,7 @@ from grabbergui.driver.gige.gvsp import (
     Trailer,
     payload_stride,
 )
-from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketFormat, PacketHeader, offset_of
 
 STREAMS = [name for name in NAMES if any(lines(name, "D"))]
 
@@ -170,6 +170,14 @@ def test_the_bytes_of_a_header(header: PacketHeader, digits: str) -> None:
             PacketHeader.decode(datagram[:length])
 
 
+def test_the_fields_of_a_header_begin_where_the_standard_puts_them() -> None:
+    standard = {"status": 0, "block_id": 2, "format_and_packet_id": 4}
+    extended = {"status": 0, "flags": 2, "format_and_parts": 4, "block_id": 8, "packet_id": 16}
+    for layout, fields, size in ((STANDARD, standard, 8), (EXTENDED, extended, 20)):
+        assert {name: offset_of(layout, name) for name in layout.names or ()} == fields
+        assert layout.itemsize == size
+
+
 def test_a_header_says_whether_its_packet_failed_or_was_sent_again() -> None:
     for status, flags, failed, again in (
         (0, 0, False, False),
@@ -221,6 +229,7 @@ def test_leaders_of_other_payload_types() -> None:
     assert Leader.decode(zones) == Leader(PayloadKind.MULTI_ZONE, TIME, 0x81080001, *GEOMETRY)
     vendors = bytes.fromhex(f"0000 8001 {TIME_BYTES} 81080001 {GEOMETRY_BYTES}")
     assert Leader.decode(vendors) == Leader(0x8001, TIME), "of unknown kinds only the time is read"
+    assert Leader(0x8001, TIME, 0x81080001, *GEOMETRY).encode() == vendors
     unnamed = bytes.fromhex(f"0000 0003 {TIME_BYTES} 0000000000000005 ff2e00 78")
     assert Leader.decode(unnamed).file_name == "\xff.", "Latin-1, as other texts of cameras"
     compressed = bytes.fromhex(f"0000 0006 {TIME_BYTES} 0000000000000005 {b'tick rate'.hex()} 000000")

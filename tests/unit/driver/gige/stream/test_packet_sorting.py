@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from block_bench import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, image, is_image
-from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader, count_in_order
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.packet_sorting import packet_runs
 
@@ -54,12 +54,15 @@ def test_a_run_is_of_one_block_and_one_kind(extended: bool) -> None:
 
 
 def test_extended_headers_are_marked_by_a_flag_and_have_64_bit_block_ids() -> None:
-    def header(block_id: int, flags: int = 0) -> bytes:
-        return PacketHeader(PacketFormat.PAYLOAD, block_id, 4, 0, True, flags).encode()
+    def header(block_id: int, packet_id: int = 4, flags: int = 0) -> bytes:
+        return PacketHeader(PacketFormat.PAYLOAD, block_id, packet_id, 0, True, flags).encode()
 
     first, second = packet_runs(rows_of([header(1), header(1, flags=1), header(1 << 40 | 1)]))
     assert (first.begin, first.end) == (0, 2) and first.resent.tolist() == [False, True]
     assert (second.begin, second.end) == (2, 3)
+    highest = [header((1 << 64) - 2, 4), header((1 << 64) - 1, 5), header((1 << 64) - 1, 6)]
+    assert bounds(highest) == [(0, 1), (1, 3)] and count_in_order(rows_of(highest)) == 1
+    assert count_in_order(rows_of(highest[1:])) == 2
 
 
 def test_standard_and_extended_headers_are_apart() -> None:
