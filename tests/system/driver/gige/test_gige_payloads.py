@@ -20,17 +20,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.driver import gendc
 from grabbergui.driver.gige.gvsp import (
-    GendcPosition,
     Leader,
-    PartPosition,
-    PartType,
-    PayloadKind,
-    PayloadPart,
-    Trailer,
 )
-from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.gige.packet_header import PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import FILE_NAME, range_image
 from grabbergui.driver.sim.enumerations import TestPattern
@@ -187,97 +179,6 @@ def test_a_container_as_gendc_python_reads_it(stage: ExitStack) -> None:
         assert part.get_data() == component.data.tobytes()
 
 
-def test_a_container_of_an_unknown_version_is_refused_and_asks_for_no_resends(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    container = bytearray(gendc.Container((), 1, 400, 56, 56, (2, 0, 0)).encode().ljust(456, b"\0"))
-    memory = np.zeros(1000, np.uint8)
-    assembler = BlockAssembler(200, len(memory), lambda: memory)
-    for block_id in (1, 2, 3):
-        leader = Leader(PayloadKind.GENDC, 5, size=len(container)).encode()
-        pieces = [bytes(container[at : at + 184]) for at in range(0, len(container), 184)]
-        assembler.receive(PacketHeader(PacketFormat.LEADER, block_id, 0).encode() + leader, block_id)
-        for index, data in enumerate(pieces, 1):
-            if index != 2:  # lost
-                position = GendcPosition(len(data), (index - 1) * 184).encode()
-                header = PacketHeader(PacketFormat.GENDC, block_id, index).encode()
-                assembler.receive(header + position + data, block_id)
-    for now in range(4, 9):
-        assembler.handle_timer(now)
-    assert list(assembler.resend_requests()) == [] == list(assembler.finished())
-    fault = "the camera sends GenDC version 2.0, known are 1.0 and 1.1; set GenDCStreamingMode=Off"
-    assert caplog.text.count(fault) == 1
-
-
-def test_parts_whose_positions_count_from_their_own_start() -> None:
-    """Cameras differ; the standard can be read either way."""
-    parts = tuple(PayloadPart(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
-    leader = Leader(PayloadKind.MULTI_PART, 5, parts=parts).encode()
-    memory = np.zeros(400, np.uint8)
-    assembler = BlockAssembler(200, len(memory), lambda: memory)
-    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
-    for packet_id, (part, offset) in enumerate([(0, 0), (0, 150), (1, 0), (1, 150)], 1):
-        data = bytes([packet_id]) * (150 if offset == 0 else 50)
-        header = PacketHeader(PacketFormat.MULTI_PART, 1, packet_id).encode()
-        assembler.receive(header + PartPosition(part, offset).encode() + data, 0.0)
-    trailer = Trailer(PayloadKind.MULTI_PART).encode()
-    assembler.receive(PacketHeader(PacketFormat.TRAILER, 1, 5).encode() + trailer, 0.0)
-    (block,) = assembler.finished()
-    first, second = FrameBuilder(0).build(block).components
-    assert first.data.tobytes() == b"\1" * 150 + b"\2" * 50
-    assert second.data.tobytes() == b"\3" * 150 + b"\4" * 50
-
-
-def test_a_lost_piece_of_a_part_is_zero_and_counted() -> None:
-    parts = tuple(PayloadPart(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
-    leader = Leader(PayloadKind.MULTI_PART, 5, parts=parts).encode()
-    memory = np.full(400, 9, np.uint8)
-    assembler = BlockAssembler(200, len(memory), lambda: memory, deliver_incomplete=True)
-    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
-    for packet_id, (part, offset) in enumerate([(0, 0), (0, 150), (1, 200), (1, 350)], 1):
-        if packet_id != 3:
-            data = b"\1" * (150 if packet_id == 1 else 50)
-            header = PacketHeader(PacketFormat.MULTI_PART, 1, packet_id).encode()
-            assembler.receive(header + PartPosition(part, offset).encode() + data, 0.0)
-    assembler.flush()
-    (block,) = assembler.finished()
-    frame = FrameBuilder(0).build(block)
-    assert (frame.complete, frame.missing_bytes) == (False, 150)
-    assert frame.components[1].data.tobytes() == bytes(150) + b"\1" * 50
-
-
-def test_h264_goes_on_where_16_bit_ids_begin_again() -> None:
-    key, follower = b"\0\0\1\x67\x42\0\x0a\xf8\x41\xa2\0\0\1\x65\1\2", b"\0\0\1\x41\1\2"
-    memory = np.zeros(100, np.uint8)
-    assembler, builder = BlockAssembler(100, len(memory), lambda: memory), FrameBuilder(0)
-    shown = []
-    for block_id, data in ((65534, key), (65535, follower), (1, follower), (3, follower), (4, key)):
-        leader = Leader(PayloadKind.H264, size=len(data)).encode()
-        trailer = Trailer(PayloadKind.H264).encode()
-        body = bytes(8) + data  # behind its timestamp
-        for packet_id, (kind, content) in enumerate(
-            [(PacketFormat.LEADER, leader), (PacketFormat.H264, body), (PacketFormat.TRAILER, trailer)]
-        ):
-            assembler.receive(PacketHeader(kind, block_id, packet_id).encode() + content, 0.0)
-        shown += [block_id for block in assembler.finished() if builder.build(block).parts]
-    assert shown == [65534, 65535, 1, 4], "only an image behind a lost one waits for a key frame"
-
-
-def test_raw_data_whose_last_packet_is_padded() -> None:
-    leader = Leader(PayloadKind.RAW, 5, size=250).encode()
-    memory = np.zeros(300, np.uint8)
-    assembler = BlockAssembler(100, len(memory), lambda: memory)
-    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
-    for packet_id in (1, 2, 3):
-        header = PacketHeader(PacketFormat.PAYLOAD, 1, packet_id).encode()
-        assembler.receive(header + bytes([packet_id]) * 100, 0.0)
-    trailer = Trailer(PayloadKind.RAW).encode()
-    assembler.receive(PacketHeader(PacketFormat.TRAILER, 1, 4).encode() + trailer, 0.0)
-    (block,) = assembler.finished()
-    frame = FrameBuilder(0).build(block)
-    assert frame.payload.tobytes() == b"\1" * 100 + b"\2" * 100 + b"\3" * 50
-
-
 def test_the_leaders_header_counts_the_parts() -> None:
     """With 64-bit ids; Aravis reads no part without it."""
     model = CameraModel(power_on=SMALL | dict.fromkeys(reg.COMPONENT_ENABLE, 1))
@@ -287,43 +188,3 @@ def test_the_leaders_header_counts_the_parts() -> None:
     block = FramePackets(plan, np.zeros(plan.payload_bytes, np.uint8), 1500, extended=True)
     header = PacketHeader.decode(block.leader())
     assert (header.parts, len(Leader.decode(block.leader()[header.size :]).parts)) == (3, 3)
-
-
-@pytest.mark.parametrize("order", ["in order", "backwards"])
-@pytest.mark.parametrize("flows", [(5, 5, 5), (0, 1, 2), (3, 1, 1)], ids=str)
-def test_data_of_a_container_in_other_flows_than_0(flows: tuple[int, int, int], order: str) -> None:
-    """Flows of the descriptor and of two parts; those of one flow follow each other."""
-    sizes = (300, 200)
-    begin = gendc.descriptor_size([1, 1])
-    starts = (begin, begin + sizes[0])
-    used: dict[int, int] = {flows[0]: begin}
-    offsets = []
-    for flow, size in zip(flows[1:], sizes, strict=True):
-        offsets.append(used.get(flow, 0))
-        used[flow] = offsets[-1] + size
-    parts = [
-        gendc.PartHeader(gendc.HeaderType.IMAGE_2D, 0x01080001, size, start, size, 1, 0, 0, flow, offset)
-        for size, start, flow, offset in zip(sizes, starts, flows[1:], offsets, strict=True)
-    ]
-    components = tuple(gendc.ComponentHeader(1, 0x01080001, (part,)) for part in parts)
-    head = gendc.Container(components, 7, sum(sizes), begin, begin).encode()
-    whole = head + bytes(range(250)) * 2
-    pieces = [(flows[0], at, at, min(at + 184, begin)) for at in range(0, begin, 184)]
-    for flow, start, offset, size in zip(flows[1:], starts, offsets, sizes, strict=True):
-        pieces += [(flow, offset + at, start + at, start + min(at + 184, size)) for at in range(0, size, 184)]
-    datagrams = [
-        PacketHeader(PacketFormat.GENDC, 1, index).encode()
-        + GendcPosition(last - first, at, 0, 0, flow).encode()
-        + whole[first:last]
-        for index, (flow, at, first, last) in enumerate(pieces, 1)
-    ]
-    memory = np.full(len(whole), 0xEE, np.uint8)
-    assembler = BlockAssembler(200, len(memory), lambda: memory)
-    leader = Leader(PayloadKind.GENDC, 5, size=len(whole)).encode()
-    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
-    for datagram in datagrams if order == "in order" else reversed(datagrams):
-        assembler.receive(datagram, 0.0)
-    end = PacketHeader(PacketFormat.TRAILER, 1, len(datagrams) + 1).encode()
-    assembler.receive(end + Trailer(PayloadKind.GENDC).encode(), 0.0)
-    (block,) = assembler.finished()
-    assert block.complete and block.payload.tobytes() == whole

@@ -178,7 +178,9 @@ def test_a_payload_type_that_is_unknown_is_named_and_not_asked_for(caplog: pytes
         vendors = PacketHeader(PacketFormat.LEADER, block_id, 0).encode() + bytes((0, 0, 0x80, 1)) + bytes(8)
         assert bench.feed([vendors, *rest[:3], *rest[6:8]]) == []
     assert bench.wait(1.0) == [] and bench.requests == []
-    assert caplog.text.count("the camera sends an unknown kind of data (payload type 0x8001)") == 1
+    fault = "the camera sends an unknown kind of data (payload type 0x8001)"
+    assert caplog.text.count(fault) == 1
+    assert bench.assembler.refusal.startswith(f"{fault}: no frame can be made of it")
 
 
 def test_test_packets_and_foreign_formats_are_dropped(caplog: pytest.LogCaptureFixture) -> None:
@@ -195,6 +197,7 @@ def test_what_a_source_drops_is_counted() -> None:
         bench.assembler.ignore(packets)
         bench.assembler.note_overrun()
     assert (bench.statistics.packets_ignored, bench.statistics.overruns) == (5, 2)
+    assert bench.statistics.packets_foreign == 5
 
 
 def test_nothing_is_requested_of_what_was_discarded_after_an_overrun() -> None:

@@ -40,6 +40,13 @@ def test_it_follows_a_drifting_clock_and_one_set_back() -> None:
     assert mapper.map(5, 1_000_000) == 1_000_000
 
 
+def test_two_messages_of_one_moment_are_no_clock_that_was_set_back() -> None:
+    mapper = ClockMapper()
+    assert mapper.map(100, 150) == 150
+    assert mapper.map(100, 300) == 150, "the second one travelled longer"
+    assert mapper.map(99, 400) == 400, "set back: nothing earlier counts"
+
+
 def map_all(mapper: ClockMapper, rate: float, delays: Callable[[int], int], seconds: int) -> Iterator[int]:
     """Yield how much older than its arrival each frame is dated, by a clock that runs at a wrong rate."""
     for true in range(0, seconds * 1_000_000_000, 40_000_000):
