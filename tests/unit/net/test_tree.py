@@ -40,7 +40,7 @@ from grabbergui.net.tree import ChangeLog, TreeService, error_of
 from grabbergui.net.yarp import grabber_values
 from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.values import Vocab, item_text
+from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE
 
 FULL = Feature(
@@ -289,23 +289,6 @@ def test_a_request_while_the_log_becomes_idle_keeps_it_listening(
     assert log.since(answers[0])[1] == ["Width"]
     log.close()
     assert not len(grabber.features_changed)
-
-
-@pytest.mark.parametrize(
-    ("item", "text"),
-    [
-        *((Vocab("1"), "true"), (Vocab(0), "false"), (True, "true"), (Vocab("once"), "once"), ("a b", "a b")),
-        *((3, "3"), (2.5, "2.5"), (2.0, "2"), (10**14, "100000000000000"), (1e300, "1e+300")),
-    ],
-)
-def test_an_item_of_a_request_as_a_word(item: Any, text: str) -> None:
-    assert item_text(item) == text
-
-
-@pytest.mark.parametrize("item", [[1], b"1"])
-def test_an_item_that_is_no_word_is_refused(item: Any) -> None:
-    with pytest.raises(errors.RemoteProtocolError, match="where a word is expected"):
-        item_text(item)
 
 
 @pytest.mark.parametrize("verb", ["write", "set"])

@@ -18,14 +18,14 @@ PORT_LIMIT: Final = 200
 ADDRESS_LIMIT: Final = 64
 """Those of them that lead to one address."""
 
-_CROWD: Final = 8
+CROWD: Final = 8
 """Connections to one address of which one is closed when this process runs out of descriptors."""
 
-_QUIET_SECONDS: Final = 10.0
+QUIET_SECONDS: Final = 10.0
 """Between two log entries of one port about strangers, so that a flood does not fill the log."""
 
 
-def _displaced(connections: Sequence[Connection], address: str) -> Connection | None:
+def displaced(connections: Sequence[Connection], address: str) -> Connection | None:
     """Return the connection to close for a new one from `address`; None while there is room.
 
     An address at its limit loses its longest idle connection. A full port closes the longest idle connection
@@ -39,10 +39,10 @@ def _displaced(connections: Sequence[Connection], address: str) -> Connection | 
     return _idlest(_largest_group(connections))
 
 
-def _expendable(connections: Sequence[Connection]) -> Connection | None:
+def expendable(connections: Sequence[Connection]) -> Connection | None:
     """Return one to close so that descriptors become free; None where no address has a crowd of them."""
     group = _largest_group(connections)
-    return _idlest(group) if len(group) > _CROWD else None
+    return _idlest(group) if len(group) > CROWD else None
 
 
 def _idlest(connections: Sequence[Connection]) -> Connection:

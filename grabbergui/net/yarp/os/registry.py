@@ -10,8 +10,8 @@ from grabbergui.net.yarp.os.connection_limits import (
     ADDRESS_LIMIT,
     PORT_LIMIT,
     Connection,
-    _displaced,
-    _expendable,
+    displaced,
+    expendable,
 )
 from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.outputs import Output
@@ -85,7 +85,7 @@ class Registry:
 
     def _make_room(self, address: str) -> None:
         """Close a connection if one more with `address` would be too many."""
-        victim = _displaced(self.connections, address)
+        victim = displaced(self.connections, address)
         if victim is not None:
             self._strangers.warn(
                 f"a connection with {victim.address} was closed for a newer one with {address}: at most "
@@ -95,7 +95,7 @@ class Registry:
 
     def free_resources(self, reason: str) -> None:
         """Close the idlest connection of a crowd from one address, so that another peer can connect."""
-        victim = _expendable(self.connections)
+        victim = expendable(self.connections)
         if victim is not None:
             self.shut_down(victim)
         closed = f"; the idlest connection with {victim.address} was closed" if victim else ""

@@ -6,9 +6,7 @@ import logging
 import time
 from collections.abc import Callable
 
-from grabbergui.net.yarp.os.connection_limits import (
-    _QUIET_SECONDS,
-)
+from grabbergui.net.yarp.os.connection_limits import QUIET_SECONDS
 
 log = logging.getLogger(__name__)
 
@@ -36,5 +34,5 @@ class StrangerLog:
             log.log(self._level - 10, "%s: %s", self._port, text)
             return
         more = f" ({self._suppressed} more since the last such line)" if self._suppressed else ""
-        self._next, self._suppressed = now + _QUIET_SECONDS, 0
+        self._next, self._suppressed = now + QUIET_SECONDS, 0
         log.log(self._level, "%s: %s%s", self._port, text, more)

@@ -7,7 +7,6 @@ import socket
 import threading
 import time
 from contextlib import ExitStack, contextmanager
-from types import SimpleNamespace
 
 import pytest
 
@@ -72,20 +71,6 @@ def test_connections_of_one_address_have_a_limit_and_the_idlest_goes(few):
         assert friend.call(Bottle([2])) == [Vocab("ok"), 2]
         assert set(friends) <= set(server._registry.inputs), "the same connection as before"
         assert len(server._registry.inputs) <= 6
-
-
-@pytest.mark.parametrize(
-    ("connections", "closed"),
-    [([(5, 1.0), (0, 9.0)], 1), ([(5, 2.0), (7, 1.0)], 1), ([(0, 2.0), (0, 3.0)], 0), ([(5, 1.0)], None)],
-    ids=["never used", "longest idle", "older", "room"],
-)
-def test_a_connection_that_carried_nothing_is_closed_before_one_that_is_idle(
-    monkeypatch, connections, closed
-):
-    monkeypatch.setattr(connection_limits, "ADDRESS_LIMIT", 2)
-    there = [SimpleNamespace(address="10.0.0.1", messages=count, active=at) for count, at in connections]
-    there.append(SimpleNamespace(address="10.0.0.2", messages=0, active=0.0))
-    assert connection_limits._displaced(there, "10.0.0.1") is (None if closed is None else there[closed])
 
 
 def test_a_full_port_takes_a_newcomer_in_place_of_one_of_the_largest_crowd(few):
@@ -216,7 +201,7 @@ def test_used_up_descriptors_are_waited_for_and_named(caplog, monkeypatch):
 
 
 def test_a_crowd_gives_up_a_descriptor(few, monkeypatch):
-    monkeypatch.setattr(connection_limits, "_CROWD", 2)
+    monkeypatch.setattr(connection_limits, "CROWD", 2)
     with RpcServer("/rpc", echo) as server, ExitStack() as stack, socket.socket() as sock:
         crowd = [stack.enter_context(connect(server)) for _ in range(4)]
         until(lambda: len(server._registry.inputs) == 4, "the crowd")

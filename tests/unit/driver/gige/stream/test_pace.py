@@ -178,3 +178,45 @@ def test_where_pauses_end_late_the_buffer_must_hold_that_too() -> None:
     fast.took(10, NOW + 10.0, more=False, ended=True)
     fast.woke(NOW + 10.0)
     assert fast.pause(100_000, 8164, NOW + 10.0) == pytest.approx(usual, rel=0.1), "forgotten by and by"
+
+
+def test_a_pause_that_ended_on_time_costs_no_reserve() -> None:
+    pace = learned(4 << 20, GIGABIT / PACKET)
+    before = pace.pause(100_000, PACKET, NOW)
+    pace.slept(0.02, 0.02)
+    assert pace.pause(100_000, PACKET, NOW) == before
+
+
+@pytest.mark.parametrize(("packets", "spacing"), [(101, 1e-5), (2, 1e-3), (1, 1e-3)])
+def test_the_wait_is_learned_from_the_look_before_the_last(packets: int, spacing: float) -> None:
+    """The first packet was there when the block began; the others took a millisecond."""
+    pace = Pace(ROOMY, 1 << 16)
+    pace.woke(NOW)
+    pace.took(packets, NOW + 0.001, more=True, ended=False)
+    pace.took(1, NOW + 0.0011, more=False, ended=True)
+    pace.woke(NOW + 1.0)
+    expected = round(0.001 / spacing)
+    assert pace.pause(expected, PACKET, NOW + 1.0) == pytest.approx(0.001, rel=1e-3)
+
+
+@pytest.mark.parametrize(("period", "paused"), [(0.02, True), (0.005, False)])
+def test_a_burst_is_waited_for_if_the_camera_rests_after_it(period: float, paused: bool) -> None:
+    packets = round(0.005 * 1.5 * FASTEST / kernel_bytes(8164))
+    pace = Pace(ROOMY, 1 << 16)
+    for block in range(3):
+        begun = NOW + block * period
+        pace.woke(begun)
+        pace.took(packets - 1, begun + 0.004, more=True, ended=False)
+        pace.took(1, begun + 0.005, more=False, ended=True)
+    pace.woke(begun + period)
+    assert (pace.pause(packets, 8164, begun + period) > 0) is paused
+
+
+def test_a_known_rate_rises_at_once_but_not_beyond_the_double_and_falls_slowly() -> None:
+    rate = GIGABIT / PACKET
+    usual = learned(4 << 20, rate).pause(100_000, PACKET, NOW)
+    faster, slower = learned(4 << 20, rate), learned(4 << 20, rate)
+    faster.took(round(10 * rate * 0.001), NOW + 0.001, more=True, ended=False)
+    assert faster.pause(100_000, PACKET, NOW + 0.001) == pytest.approx(usual / 2, rel=0.02)
+    slower.took(1, NOW + 0.001, more=True, ended=False)
+    assert slower.pause(100_000, PACKET, NOW + 0.001) == pytest.approx(usual * 1.005, rel=0.003)

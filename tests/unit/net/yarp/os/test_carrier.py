@@ -17,7 +17,7 @@ from grabbergui.net.yarp.os.binary import (
     encode_message,
     encode_number,
 )
-from grabbergui.net.yarp.os.carrier import encode_header
+from grabbergui.net.yarp.os.carrier import encode_header, modifiers_of
 from grabbergui.net.yarp.os.datagrams import Reassembler, split_datagrams
 from grabbergui.net.yarp.os.framing import Receiver
 from grabbergui.net.yarp.os.stamp import Stamp
@@ -296,3 +296,11 @@ def test_an_image_is_read_into_allocated_memory_except_its_beginning():
     receiver.received(len(data) - count)
     message = receiver.take()
     assert message.body.obj is made[0].obj and message.body == data[-102400:]
+
+
+def test_a_carrier_has_modifiers_behind_plus_signs():
+    assert modifiers_of("tcp+recv.portmonitor+file.depth.image") == {
+        "recv": "portmonitor",
+        "file": "depth.image",
+    }
+    assert modifiers_of("fast_tcp") == {} and modifiers_of("udp+log") == {"log": ""}
