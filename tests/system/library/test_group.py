@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import time
 from collections.abc import Iterator
@@ -111,17 +112,21 @@ def test_no_cameras_are_no_group() -> None:
 def test_a_frame_that_one_camera_loses_shifts_no_later_pair(cameras: grabbergui.CameraGroup) -> None:
     for camera in cameras:
         camera["TriggerMode"] = "On"
-    pairs = []
+    done = threading.Event()
 
     def fire() -> None:
-        for number in range(5):
+        for number in itertools.count():  # a busy computer may send two triggers too far apart for a pair
             for camera in cameras[:1] if number == 2 else cameras:
                 camera.execute("TriggerSoftware")
-            time.sleep(0.05)
+            if done.wait(0.05):
+                return
 
     loop = iter(cameras.frames(4, timeout=PATIENCE))
     firing = threading.Thread(target=fire)
     firing.start()
-    pairs = [(left.frame_id, right.frame_id) for left, right in loop]
-    firing.join()
-    assert pairs == [(1, 1), (2, 2), (4, 3), (5, 4)]
+    try:
+        pairs = [(left.frame_id, right.frame_id) for left, right in loop]
+    finally:
+        done.set()
+        firing.join()
+    assert all(right == left - (left > 2) for left, right in pairs) and pairs[-1][0] >= 5
