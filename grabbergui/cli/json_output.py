@@ -152,6 +152,8 @@ JSON_OUTPUT: dict[str, JsonOutput] = {
             "cameras": "`check`: the stream statistics of each camera",
             "links": "`budget`: what each link carries, and the share and settings of its cameras",
             "problems": "`check`, `budget`: sentences; empty if all is well",
+            "measured": "`budget --measure`: bytes per second without loss, and whether more is lost",
+            "verified": "`budget --verify`: each camera's frames, and those that were lost",
             "dropped": "`record`: sets that came too fast to be written",
             "seconds": "`record`: from the first set to the last",
             "bytes": "`record`: size of the recording",

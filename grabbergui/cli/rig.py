@@ -275,8 +275,8 @@ def _budget(options: argparse.Namespace) -> int:
     from grabbergui.rig import rig_file
     from grabbergui.rig.budget_settings import budgets_of, with_budget, without_budget
 
-    if options.apply and options.undo:
-        raise UsageError("write --apply or --undo, not both")
+    if options.undo and (options.apply or options.measure or options.verify):
+        raise UsageError("--undo takes the delays out of the file; write it alone")
     entry = rig_file.read(options.file)
     if options.undo:
         rig_file.write(options.file, without_budget(entry))
@@ -287,7 +287,8 @@ def _budget(options: argparse.Namespace) -> int:
         rig = _opened(options.file, stack)
         if options.measure:
             measured = _measure(rig, stop)
-            entry = replace(entry, link=replace(entry.link, rate=measured.carried or entry.link.rate))
+            if measured.limited and measured.carried:
+                entry = replace(entry, link=replace(entry.link, rate=measured.carried))
         budgets = budgets_of(entry, rig.cameras)
         problems = [problem for budget in budgets for problem in budget.problems]
         if measured is not None and not measured.carried:
@@ -313,7 +314,9 @@ def _budget(options: argparse.Namespace) -> int:
         print_json(content)
         return 1 if problems else 0
     if measured is not None:
-        more = "more is lost" if measured.limited else "the cameras cannot send more, or the file allows none"
+        more = (
+            "of more, packets are lost" if measured.limited else "nothing was lost, so the file's rate counts"
+        )
         print_line(f"measured: {measured.carried / 1e6:.2f} MB/s arrive without loss; {more}")
     if alone := [name for name in rig.cameras if not any(name in budget.names for budget in budgets)]:
         print_line(f"{', '.join(alone)}: not on a network or USB, so there is no link to divide")

@@ -80,7 +80,7 @@ def test_a_wrong_group_mask_is_named(file, cameras, capsys):
         (["new", "{folder}/b.yaml", "a=gige:GV01", "b=gige://GV01"], "cameras.b: gige:GV01 is a already"),
         (["check", "{folder}/none.yaml"], "none.yaml"),
         (["check", "{file}", "a=sim:"], "takes no cameras"),
-        (["budget", "{file}", "--apply", "--undo"], "not both"),
+        (["budget", "{file}", "--apply", "--undo"], "write it alone"),
         (["record", "{file}"], "--out run.mcap"),
         (["serve", "{file}"], "--yarp /PORT or --ros2 /NAME"),
     ],
