@@ -23,10 +23,16 @@ PROGRESS = 0.7
 "Share of the commanded motion that a robot makes at least."
 WINDOWS = (2.0, 6.0)
 "Times over which the paths are compared, in units of `lag`."
+PAUSE_S = 0.075
+"Seconds without observations beyond which commands may have been lost, and the robot may have been stopped."
+GOES_ON = 2.0
+"Share of the motion during the `lag` before a pause that a robot may go on to make without commands."
 JITTER = 0.4
 "Share of `lag` by which the time between two readings may be wrong."
 TOO_FAST = 1.05
 "Factor on the highest speed that counts as too fast."
+PARTS = {"arm": slice(None, -2), "head": slice(-2, None)}
+"Each part's joints in a path. A part's joints are compared together, as they are late together."
 APART = (0.010, 0.05)
 "Metres and radians between the reported hand and the one that its joints give."
 OUTSIDE = 0.005
@@ -85,10 +91,13 @@ class Monitor:
         """Start again, because a person lets the robot move."""
         self._commanded: deque[tuple[float, Path]] = deque()
         self._measured: deque[tuple[float, Path, Path]] = deque()
+        self._pauses: deque[tuple[float, Path, Path]] = deque()
+        "When each pause ended, the motion that was commanded meanwhile, and that of a robot that goes on."
         self._outside = math.inf
 
     def look(self, seen: Observation) -> str:
         """Return why the robot must stop, as display text; empty if it does what it was commanded."""
+        self._note_pause(seen)
         self._commanded.append((seen.now, seen.commanded))
         problem = self._apart(seen) or self._place(seen)
         for window in WINDOWS:
@@ -98,9 +107,24 @@ class Monitor:
         oldest = seen.time - (WINDOWS[-1] + 2) * self._lag
         while len(self._commanded) > 2 and self._commanded[1][0] < oldest:
             self._commanded.popleft()
+        while self._pauses and self._pauses[0][0] < oldest:
+            self._pauses.popleft()
         while len(self._measured) > 2 and self._measured[1][0] < oldest:
             self._measured.popleft()
         return problem
+
+    def _note_pause(self, seen: Observation) -> None:
+        """Note a while without observations: the computer or the network was busy, and commands may be lost.
+
+        Then the robot goes on for a moment as before, and rests.
+        """
+        if not self._measured:
+            return
+        pause = max(seen.now - self._commanded[-1][0], seen.time - self._measured[-1][0])
+        if pause > PAUSE_S:
+            begun, before = (self._at(seen.now - pause - seconds) for seconds in (0.0, self._lag))
+            further = tuple(GOES_ON * step for step in _difference(begun, before))
+            self._pauses.append((seen.now, _difference(seen.commanded, begun), further))
 
     def _apart(self, seen: Observation) -> str:
         """Compare the hand with its joints; both may have moved between the two readings."""
@@ -108,10 +132,8 @@ class Monitor:
         if seen.metres > metres + limits.speed * seen.apart or seen.radians > radians + (
             limits.turn * seen.apart
         ):
-            return (
-                f"the hand is reported {1e3 * seen.metres:.3g} mm and {math.degrees(seen.radians):.3g}° from "
-                "where its joints put it"
-            )
+            turned = round(math.degrees(seen.radians), 2)
+            return f"the hand is reported {1e3 * seen.metres:.3g} mm and {turned:g}° from where its joints put it"
         return ""
 
     def _place(self, seen: Observation) -> str:
@@ -121,26 +143,29 @@ class Monitor:
         return ""
 
     def _off(self, seen: Observation, window: float) -> str:
-        """Compare the motion during a window with the motion that the commands allow."""
+        """Compare the motion during a window with the motions that the commands allow."""
         start = self._reading_before(seen.time - window)
         if start is None:
             return ""
-        (least_before, most_before), (least, most) = map(self._range, (start[0], seen.time))
-        slack = TOLERANCE + INACCURACY * (seen.time - start[0])
-        for index, (angle, before) in enumerate(zip(seen.measured, start[1], strict=True)):
-            moved = angle - before
-            low, high = least[index] - most_before[index], most[index] - least_before[index]
-            # A joint that makes too little of its motion gets half of the slack: it may stand still.
-            at_least = low * PROGRESS - slack / 2 if low > 0 else low - slack
-            at_most = high * PROGRESS + slack / 2 if high < 0 else high + slack
-            if at_least <= moved <= at_most:
+        before, after, seconds = self._points(start[0]), self._points(seen.time), seen.time - start[0]
+        moved = _difference(seen.measured, start[1])
+        pauses = [pause for pause in self._pauses if pause[0] > start[0]]
+        slack = (TOLERANCE + INACCURACY * seconds) * (1 + len(pauses))
+        for part, joints in PARTS.items():
+            starts, ends = [path[joints] for path in before], [path[joints] for path in after]
+            off = _direction(moved[joints], starts, ends)
+            along = _dot(off, moved[joints])
+            furthest = max(_dot(off, path) for path in ends) - min(_dot(off, path) for path in starts)
+            for _, lost, further in pauses:
+                furthest += max(-_dot(off, lost[joints]), 0.0) + max(_dot(off, further[joints]), 0.0)
+            extra = max(along, 0.0) - max(furthest, 0.0)
+            missing = min(along, 0.0) - PROGRESS * min(furthest, 0.0)
+            if extra + 2 * missing <= slack:  # what is missing counts twice: the part may have ceased to move
                 continue
-            part = "arm" if index < len(seen.measured) - 2 else "head"
-            commanded = min(max(moved, low), high)
-            how = f"{math.degrees(abs(moved)):.3g}° in {seen.time - start[0]:.2g} s"
-            if abs(moved) < abs(commanded):
-                return f"the {part} does not move as commanded: only {how}"
-            return f"the {part} moves though that was not commanded: {how}"
+            most = math.degrees(extra if extra > missing else max(map(abs, moved[joints])))
+            if extra > missing:
+                return f"the {part} moves though that was not commanded: {most:.3g}° in {seconds:.2g} s"
+            return f"the {part} does not move as commanded: only {most:.3g}° in {seconds:.2g} s"
         return ""
 
     def _speed(self, seen: Observation) -> str:
@@ -162,11 +187,10 @@ class Monitor:
             found = reading
         return found
 
-    def _range(self, time: float) -> tuple[Path, Path]:
-        """Return the least and the most of the commanded path during the `lag` before a time."""
-        points = [self._at(time - self._lag), self._at(time)]
-        points += [path for moment, path in self._commanded if time - self._lag < moment < time]
-        return tuple(map(min, *points)), tuple(map(max, *points))
+    def _points(self, time: float) -> list[Path]:
+        """Return the commanded path during the `lag` before a time, oldest first."""
+        between = [path for moment, path in self._commanded if time - self._lag < moment < time]
+        return [self._at(time - self._lag), *between, self._at(time)]
 
     def _at(self, time: float) -> Path:
         """Return the commanded path at a time, interpolated; its ends outside."""
@@ -179,3 +203,26 @@ class Monitor:
                 return tuple(a + share * (b - a) for a, b in zip(path, later[1], strict=True))
             later = moment, path
         return self._commanded[0][1]
+
+
+def _direction(moved: Path, before: list[Path], after: list[Path]) -> Path:
+    """Return the unit vector from the nearest motion that was commanded to the one that was made.
+
+    `before` and `after` are the commanded paths from which and to which the joints may have moved. Zero where
+    the motion was commanded.
+    """
+    least = tuple(PROGRESS * step for step in _difference(after[0], before[-1]))
+    range_ = _difference(_difference(after[-1], before[0]), least)
+    from_least = _difference(moved, least)
+    share = _dot(from_least, range_) / max(_dot(range_, range_), 1e-12)
+    off = _difference(from_least, tuple(min(max(share, 0.0), 1.0) * step for step in range_))
+    size = math.hypot(*off)
+    return tuple(value / size for value in off) if size > 0 else off
+
+
+def _difference(a: Path, b: Path) -> Path:
+    return tuple(x - y for x, y in zip(a, b, strict=True))
+
+
+def _dot(a: Path, b: Path) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))

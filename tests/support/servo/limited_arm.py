@@ -32,17 +32,27 @@ class ArmAmongStrangers(SimRobot):
         self.direction = geometry.rotation_from_vector(random.uniform(-3, 3, 3))[:, 0]
         "Axis of the second master's twist, and of false poses."
         super().__init__(model, clock, faults=Faults(faults, direction=self.direction, seed=seed))
+        self.outage = False
+        "Whether the network loses commands and readings at present."
+        self._before = super().state()
+        "The last reading that came through."
         self.taken = False
         "Whether the controller has taken a stop since: a second master must then announce itself again."
 
     def state(self):
-        reading = super().state()
+        if self.outage:
+            return self._before
+        reading = self._before = super().state()
         false = self.faults.false_reading(reading.time)
         if false is None:
             return reading
         hand = false.hand.copy()
         hand[:3, 3] += 0.1 * self.direction
         return replace(reading, hand=hand)
+
+    def move_hand(self, twist):
+        if not self.outage:
+            super().move_hand(twist)
 
     def second_master(self, now):
         """Send another program's twist."""
@@ -51,8 +61,26 @@ class ArmAmongStrangers(SimRobot):
             self.move_hand(np.concatenate((np.linalg.norm(twist) * self.direction, np.zeros(3))))
 
     def stop(self):
+        if self.outage:
+            return False
         self.taken = bool(self.faults.active(self.truth().time))
         return super().stop()
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A while in which this computer is too busy to run the program, or in which the network is."""
+
+    begin: float = math.inf
+    end: float = math.inf
+
+    @staticmethod
+    def drawn(random):
+        begin = random.uniform(0.2, 2.0)
+        return Pause(begin, begin + random.uniform(0.05, 0.4))
+
+    def lasts(self, now):
+        return self.begin <= now < self.end
 
 
 @dataclass
@@ -86,23 +114,37 @@ def tried(model: KinematicModel, seed: int, fault: str = "", seconds: float = 3.
     goal = geometry.pose(robot.state().hand[:3, :3] @ turn, random.uniform(low - 0.05, high + 0.05))
     marker = goal @ geometry.inverse(geometry.pose(HAND_ON_MARKER, (0, 0, config.marker.standoff)))
     places, angles, times, began, stopped = [], [], [], math.inf, math.inf
-    for _ in range(round(seconds / PERIOD)):
+
+    def note():
         state = robot.truth()
         places.append(state.hand[:3, 3].copy())
         angles.append(state.arm)
         times.append(now[0])
+
+    pauses = [Pause() if fault else Pause.drawn(random), Pause()]
+    busy, quiet = random.permutation(pauses)
+    while now[0] < seconds and not (gate.halted and robot.speed < 1e-6):
+        note()
         reading = robot.state()
-        command = Command(hand=controller.approach(reading.hand, marker, PERIOD))
-        if random.random() > 0.02:  # now and then a cycle is lost
-            gate.send(command, now[0])
+        robot.outage = quiet.lasts(now[0])
+        twist = controller.approach(reading.hand, marker, PERIOD)
+        if now[0] - reading.time > config.safety.robot_timeout:  # as the loop
+            twist = controller.rest()
+        if not busy.lasts(now[0]):
+            if random.random() > 0.02:  # now and then a cycle is lost
+                gate.send(Command(hand=twist), now[0])
+        elif now[0] - busy.begin > config.safety.guardian_timeout:
+            robot.stop()  # as the guardian
         robot.second_master(now[0])
         now[0] += PERIOD
-        gate.expire(now[0])
-        gate.beat(now[0])
+        if not busy.lasts(now[0]):
+            gate.expire(now[0])
+            gate.beat(now[0])
         lasted = robot.faults.since(fault, now[0])
         began = began if lasted is None else now[0] - lasted
         if gate.halted:
             stopped = min(stopped, now[0])
+    note()
     places, angles, times = map(np.array, (places, angles, times))
     alone = times < began  # afterwards, false readings may lead anywhere until the stop
     speed = np.linalg.norm(places[2:] - places[:-2], axis=1) / (2 * PERIOD)

@@ -19,16 +19,14 @@ from limited_arm import FAULTS, WORKSPACES, tried
 EXAMPLES = int(os.environ.get("GRABBERGUI_EXAMPLES", "7"))
 SPEED, TOLERANCE = 0.12, 1.05
 STOPPED = {
-    "second-master": (0.25, 0.075),
+    "second-master": (0.25, 0.050),
     "hand-jumps": (0.04, 0.010),
     "hand-far": (0.04, 0.010),
     "hand-drifts": (0.25, 0.040),
     "false-readings": (0.04, 0.010),
-    "readings-freeze": (0.50, 0.050),
+    "readings-freeze": (0.32, 0.040),
 }
 "Seconds and metres within which each fault stops the arm, as docs/servoing.md states."
-LATEST_S, LATE_SHARE = 0.7, 0.002
-"Seconds for the few random cases, by share, in which the arm's own motion hides the fault."
 SLOW = 0.025
 "Metres after which a slow or blocked arm, too, has been stopped."
 
@@ -46,7 +44,7 @@ def model(request):
 
 def test_no_limit_is_exceeded_and_each_fault_stops_the_arm_in_time(model):
     kinds = ("", *FAULTS)
-    worst, late = defaultdict(float), []
+    worst = defaultdict(float)
     for seed in range(EXAMPLES):
         fault = kinds[seed % len(kinds)]
         tally = tried(model, seed, fault)
@@ -59,12 +57,10 @@ def test_no_limit_is_exceeded_and_each_fault_stops_the_arm_in_time(model):
             assert tally.moved <= metres, where
             worst[fault] = max(worst[fault], tally.moved)
             if tally.moved > SLOW:
-                assert tally.stopped_after <= LATEST_S, where
-                late += [where] if tally.stopped_after > seconds else []
+                assert tally.stopped_after <= seconds, where
                 worst[f"{fault}, s"] = max(worst[f"{fault}, s"], tally.stopped_after)
         else:
             assert tally.stopped == "", where
-    assert len(late) <= LATE_SHARE * EXAMPLES, "\n".join(late)
     print({name: round(value, 4) for name, value in worst.items()})
 
 

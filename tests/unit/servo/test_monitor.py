@@ -3,6 +3,7 @@
 import math
 from dataclasses import asdict, replace
 
+import numpy as np
 import pytest
 
 from grabbergui.servo.monitor import Monitor, Observation, SpeedLimits
@@ -70,6 +71,81 @@ def test_one_reading_that_jumps_is_enough():
     when, why = Watched(lambda now: 0.0, lambda now: 0.3 if abs(now - 1.0) < 1e-9 else 0.0).run(2)
     assert when == pytest.approx(1.0)
     assert "17.2°" in why
+
+
+class Joints:
+    """An arm of four joints and a head, with commanded and measured velocities."""
+
+    def __init__(self):
+        self.monitor, self.now = Monitor(LAG), 0.0
+        self.commanded, self.measured = np.zeros(6), np.zeros(6)
+
+    def run(self, seconds, commanded, measured=None, *, looks=True):
+        """Return after how long it was stopped, and why; without `looks` everything goes on unobserved."""
+        begun, commanded = self.now, np.array([*commanded, 0.0, 0.0])
+        measured = commanded if measured is None else np.array([*measured, 0.0, 0.0])
+        for _ in range(round(seconds / DT)):
+            self.now += DT
+            self.commanded, self.measured = self.commanded + commanded * DT, self.measured + measured * DT
+            seen = Observation(self.now, tuple(self.commanded), self.now, tuple(self.measured))
+            if looks and (problem := self.monitor.look(seen)):
+                return self.now - begun, problem
+        return math.inf, ""
+
+
+FAST, SLOW = np.array([0.8, -0.5, 0.5, 0.1]), np.array([0.08, 0.06, -0.05, 0.06])
+BESIDE, STILL = np.array([0.06, 0.1, 0.05, -0.1]), np.zeros(4)
+
+
+def test_joints_that_are_slow_each_are_noticed_together_when_they_freeze():
+    """Each alone made too little of a difference: it took 0.67 s."""
+    arm = Joints()
+    assert arm.run(2, SLOW) == (math.inf, "")
+    when, why = arm.run(2, SLOW, STILL)
+    assert when <= 0.32
+    assert "the arm does not move as commanded: only" in why
+
+
+def test_motion_beside_that_of_fast_joints_is_noticed():
+    """Each joint's delay alone could have explained it: it took 0.63 s."""
+    arm = Joints()
+    assert arm.run(2, FAST) == (math.inf, "")
+    when, why = arm.run(2, FAST, FAST + BESIDE)
+    assert when <= 0.22
+    assert "the arm moves though that was not commanded" in why
+
+
+@pytest.mark.parametrize("moves_on", [0.0, 0.2])
+@pytest.mark.parametrize("pause", [0.1, 0.3, 0.5])
+def test_what_a_busy_computer_did_not_command_is_not_missed(pause, moves_on):
+    """Nor is what the robot did in such a pause, before its commands' time was over."""
+    arm = Joints()
+    arm.run(2, FAST)
+    arm.run(min(pause, moves_on), FAST, looks=False)
+    arm.run(pause - min(pause, moves_on), FAST, STILL, looks=False)
+    assert arm.run(0.1, STILL) == (math.inf, "")
+    assert arm.run(3, FAST) == (math.inf, "")
+
+
+@pytest.mark.parametrize("pause", [0.1, 0.2])
+def test_what_a_network_lost_is_not_missed_but_readings_that_freeze_are(pause):
+    arm = Joints()
+    arm.run(2, FAST)
+    arm.run(pause, FAST, STILL, looks=False)
+    assert arm.run(3, FAST) == (math.inf, "")
+    for _ in range(5):
+        arm.run(pause, FAST, STILL, looks=False)
+        _, why = arm.run(0.5, FAST, STILL)
+        if why:
+            break
+    assert "does not move as commanded" in why
+
+
+def test_a_jump_during_a_pause_is_noticed():
+    arm = Joints()
+    arm.run(2, FAST)
+    arm.run(0.3, STILL, (0.0, 0.0, 0.0, 1.0), looks=False)
+    assert "moves though that was not commanded" in arm.run(DT, STILL)[1]
 
 
 def test_a_slow_drift_is_noticed_before_it_is_far():
