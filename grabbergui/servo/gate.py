@@ -160,13 +160,16 @@ class CommandGate:
                 if self._dry_run:
                     self._moving = False
                     return False
-                with self._observing:  # also if it fails half-way
-                    self._observer.command(now, joints, command.head, command.head_step)
                 self._move_head(command)
+                with self._observing:
+                    self._observer.command_head(now, command.head, command.head_step)
                 if self._halted or not self._moving:  # stopped while the head's part was sent
                     self.refused += command.moves
                     return False
                 self._move_hand(command)
+                # Only now: drives that change their mode obey later, or not at all if a stop comes first.
+                with self._observing:
+                    self._observer.command_arm(now, joints)
             except GrabberError as error:
                 self.refused += 1
                 overtaken = self._halted or not self._moving

@@ -137,7 +137,7 @@ def planned(
     jacobian = arm.jacobian(here)
     motion = jacobian @ joints
     room = np.where(joints > 0, arm.high - here, here - arm.low)
-    braking = float(np.max(np.abs(joints) * STOPPING_S / np.maximum(room, AT_LIMIT)))
+    braking = float(np.max(np.abs(joints) * (STOPPING_S + DRIVES_S) / np.maximum(room, AT_LIMIT)))
     free = same and braking < 1 and bool(((arm.low < here) & (here < arm.high)).all())
     speed, turn = (float(np.linalg.norm(part)) * (1 if free else MARGIN) for part in (motion[:3], motion[3:]))
     excess = max(
@@ -177,16 +177,22 @@ class Observer:
         self._arm_seen = np.zeros(joints - 2)
         self._seen = -math.inf
 
-    def command(self, now: float, arm: Vector, head: Vector, step: Vector | None = None) -> None:
-        """Note the joint velocities from `now` on, rad/s, or the head's step in radians."""
+    def command_arm(self, now: float, joints: Vector) -> None:
+        """Note the arm's joint velocities from `now` on, rad/s."""
         self._advance(now)
+        self._velocity[:-2] = joints
+
+    def command_head(self, now: float, head: Vector, step: Vector | None = None) -> None:
+        """Note the head's velocities from `now` on, rad/s, or its step in radians."""
+        self._advance(now)
+        self._velocity[-2:] = head if step is None else 0.0
         if step is not None:
             self._commanded[-2:] += step
-        self._velocity = np.concatenate((arm, head if step is None else np.zeros(2)))
 
     def rest(self, now: float) -> None:
         """Note that nothing is commanded from `now` on."""
-        self.command(now, np.zeros(len(self._velocity) - 2), np.zeros(2))
+        self._advance(now)
+        self._velocity[:] = 0.0
 
     def look(self, now: float, state: RobotState, space: Space, limits: SpeedLimits) -> Observation | None:
         """Return what there is to compare; None without a new reading."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from psygnal import Signal
 
-from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
@@ -93,6 +93,33 @@ def test_every_stop_for_a_reason_is_the_guardian_s_too(gate, guard):
     gate.send(MOTION, 2.0)
     assert guard.stops == 3
     assert guard.heard[-1] is True
+
+
+class SlowToObey(RecordingRobot):
+    """A robot whose drives change their mode before a first motion, which a watchdog does not wait for."""
+
+    gate = None
+
+    def move_hand(self, twist):
+        for step in range(8):
+            now = 0.02 * step
+            self.advance(now, 0.02)
+            self.gate.expire(now)
+            self.gate.beat(now)
+        self.gate.expire(0.16)
+        raise TransportError("a stop was requested meanwhile")
+
+
+def test_a_motion_that_was_never_obeyed_is_not_missed(caplog):
+    """On a busy computer TEO was stopped for good as it began to move: "only 0.9° in 0.3 s"."""
+    robot, config = SlowToObey(), Config()
+    robot.gate = gate = CommandGate(robot, config)
+    assert not gate.send(Command(hand=np.array([0.12, 0, 0, 0, 0, 0]), until=0.1), 0.0)
+    assert "too old: stopped" in caplog.text
+    for step in range(8, 40):
+        robot.advance(0.02 * step, 0.02)
+        gate.beat(0.02 * step)
+    assert not gate.halted
 
 
 class Dark:
