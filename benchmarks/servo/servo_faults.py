@@ -105,6 +105,8 @@ class Outcome:
     "From the hand to its goal in front of the marker, at the end."
     happened: bool = True
     "Whether there was any motion, and the fault."
+    load: float = field(default_factory=lambda: os.getloadavg()[0])
+    "Of the computer at its end: processes that run or wait."
     lines: list[str] = field(default_factory=list)
     "All that the program said, with seconds from the fault or the beginning."
 
@@ -483,6 +485,10 @@ def main(arguments: list[str] | None = None) -> None:
                 options.json.write_text(text + "\n", "utf-8")
     outcomes.sort(key=lambda outcome: outcome.trial.robot)
     print(printed(summary(outcomes, default)))
+    loads = [outcome.load for outcome in outcomes]
+    print(
+        f"\n{len(outcomes)} trials, load average {min(loads, default=0):.1f} to {max(loads, default=0):.1f}"
+    )
 
 
 def _line(outcome: Outcome) -> str:
@@ -493,7 +499,7 @@ def _line(outcome: Outcome) -> str:
         rests = "did not happen"
     return (
         f"{trial.robot} {what}: {outcome.moved:.0f} mm, {rests}, {outcome.speed:.0f} mm/s, "
-        f"{outcome.outside:.0f} mm outside; {outcome.said}"
+        f"{outcome.outside:.0f} mm outside, load {outcome.load:.0f}; {outcome.said}"
     )
 
 
