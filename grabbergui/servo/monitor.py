@@ -132,8 +132,8 @@ class Monitor:
         if seen.metres > metres + limits.speed * seen.apart or seen.radians > radians + (
             limits.turn * seen.apart
         ):
-            turned = round(math.degrees(seen.radians), 2)
-            return f"the hand is reported {1e3 * seen.metres:.3g} mm and {turned:g}° from where its joints put it"
+            off = f"{1e3 * seen.metres:.3g} mm and {round(math.degrees(seen.radians), 2):g}°"
+            return f"the hand is reported {off} from where its joints put it"
         return ""
 
     def _place(self, seen: Observation) -> str:
