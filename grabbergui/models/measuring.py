@@ -31,6 +31,8 @@ HISTORY_MOST = 1200
 "Most scores kept."
 PERIOD = 0.1
 "Seconds between two measurements: faster figures cannot be read."
+SAMPLED_PAIRS = 24
+"Pairs of lines from which the share of saturated samples is estimated."
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,12 +101,35 @@ def measurable(frame: Frame, region: Region | None = None) -> tuple[NDArray[Any]
     """
     region = Region.of(frame, region)
     pixel_format = frame.pixel_format
-    shared = pixel_format.kind == "u" and not pixel_format.needs_range and not pixel_format.fields
-    if shared and pixel_format.family not in (Family.SPARSE, Family.BICOLOR, Family.OTHER):
+    if _share_white(pixel_format):
         return unpacking.lines(frame, region.y, region.bottom)[:, region.x : region.right], pixel_format
     grey = pixel_format.family in (Family.MONO, Family.COORDINATES)
     shown = frame.mono() if grey else frame.rgb()
     return shown[region.y : region.bottom, region.x : region.right], by_name("Mono8" if grey else "RGB8")
+
+
+def _share_white(pixel_format: PixelFormat) -> bool:
+    """Return whether the channels share a depth and a white level."""
+    shared = pixel_format.kind == "u" and not pixel_format.needs_range and not pixel_format.fields
+    return shared and pixel_format.family not in (Family.SPARSE, Family.BICOLOR, Family.OTHER)
+
+
+def estimate_saturated(frame: Frame) -> float | None:
+    """Return the fraction of the samples at the highest value, estimated from a few of the frame's lines.
+
+    Takes a fraction of a millisecond for any size. None for a format whose channels have no common white
+    level. Raises PixelFormatError.
+    """
+    if not _share_white(frame.pixel_format):
+        return None
+    step = max(2, frame.height // SAMPLED_PAIRS & ~1)
+    saturated = samples = 0
+    for y in range(0, frame.height, step):
+        raw, pixel_format = measurable(frame, Region(0, y, frame.width, min(2, frame.height - y)))
+        for _, values in planes(raw, pixel_format):
+            saturated += int(np.count_nonzero(values == (1 << pixel_format.depth) - 1))
+            samples += values.size
+    return saturated / max(1, samples)
 
 
 def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, NDArray[Any]]]:

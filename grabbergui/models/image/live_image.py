@@ -24,6 +24,7 @@ from grabbergui.models.image.orientation import scaled_region
 from grabbergui.models.image.rendering import render
 from grabbergui.models.image.stream_channels import StreamChannels
 from grabbergui.models.language import translate
+from grabbergui.models.measuring import estimate_saturated
 
 log = logging.getLogger(__name__)
 
@@ -32,6 +33,8 @@ FRAME_WAIT = 0.2
 COMPONENT_WAIT = 0.5
 """Seconds for which frames with fewer components are skipped: a network loses single components, and tabs
 that appear and disappear are unreadable."""
+SATURATED_PERIOD = 1.0
+"Seconds between two estimates of how much is saturated."
 PAINT_WAIT = 0.5
 "Seconds to wait for the window to paint; a hidden window takes no images."
 
@@ -79,6 +82,10 @@ class ImageModel:
         "Number of frames converted since."
         self.mean: float | None = None
         "Mean of the 8-bit pixels of the last image; None before the first."
+        self.saturated: float | None = None
+        "Share of the samples at the highest value, estimated once a second; None before, and if unknown."
+        self._estimated = 0.0
+        "`time.monotonic` of that estimate."
         self.last_received: float | None = None
         "`time.monotonic` of the last frame; None before the first."
 
@@ -121,7 +128,7 @@ class ImageModel:
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
-        self.mean = None
+        self.mean = self.saturated = None
         self.last_received = other.last_received if other is not None else None
         if frame is not None:
             queue.put(frame)
@@ -147,7 +154,7 @@ class ImageModel:
 
     def restarted(self) -> None:
         """Reset the figures, because a new stream starts."""
-        self.mean = self.last_received = None
+        self.mean = self.saturated = self.last_received = None
         self.received = self.converted = 0
 
     @property
@@ -265,6 +272,7 @@ class ImageModel:
         # Every tenth line is enough to recognise a black image.
         lines = image.pixels[::10]
         self.mean = cv2.mean(lines.reshape(len(lines), -1))[0]
+        self._estimate_saturated(shown)
         self.converted += 1
         with self._lock:
             if self._queue is not queue:
@@ -273,6 +281,17 @@ class ImageModel:
             self._taken.clear()
             self._offer = shown
         self.ready.emit()
+
+    def _estimate_saturated(self, shown: ShownImage) -> None:
+        """Estimate the share of saturated samples now and then; quantities such as depth have none."""
+        now = time.monotonic()
+        if self.saturated is not None and now - self._estimated < SATURATED_PERIOD:
+            return
+        self._estimated = now
+        try:
+            self.saturated = estimate_saturated(shown.frame) if shown.quantity is None else None
+        except PixelFormatError:
+            self.saturated = None
 
     def _shown_image(
         self, frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings

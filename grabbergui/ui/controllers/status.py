@@ -114,6 +114,7 @@ class StatusController(QObject):
             return
         known = f"{frame.width} × {frame.height}  {frame.pixel_format}" if frame is not None else ""
         self._strip.setFormat(known)
+        self._strip.setSaturated(self._image.saturated)
         running = status.condition in (*_RUNNING, Condition.PAUSED, Condition.WAITING)
         # The state of the last second would look current.
         self._strip.setRates(*((statistics.frame_rate, self._image.painted_rate) if running else (0, 0)))

@@ -68,6 +68,9 @@ class StatusView(Protocol):
     def setClipping(self, text: str) -> None:
         """Show how much of the frame is saturated and black; empty while it is not measured."""
 
+    def setSaturated(self, share: float | None) -> None:
+        """Show about how much of the frame is saturated, while that is not measured; None if unknown."""
+
     def clearFigures(self) -> None:
         """Show that nothing streams."""
 

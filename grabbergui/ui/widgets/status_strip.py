@@ -20,6 +20,8 @@ LEAST_TITLE = 60
 "Pixels kept for the title before figures are hidden for it."
 TEXT_ROOM = 13
 "Pixels above and below the text, for the buttons of messages."
+LEAST_SHARE, NOTABLE_SHARE, LARGE_SHARE = 0.0005, 0.01, 0.1
+"Shares of saturated samples from which they are shown, stand out, and need no decimal."
 MOST_MESSAGE = 640
 "Most pixels of a message for which figures are hidden; its button shows a longer one in full."
 
@@ -49,6 +51,7 @@ class StatusStrip(QWidget):
         "What a message may replace, the most important first. The zoom stays: its buttons are controls."
         # The same with and without a message, so that nothing moves when one comes.
         self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
+        self._measured, self._saturated = "", 0.0
         self.setClipping("")
         self.setMessages(())
 
@@ -101,9 +104,21 @@ class StatusStrip(QWidget):
         restyle(self.lossLabel, "tone", tone.value)
 
     def setClipping(self, text: str) -> None:
-        """Show how much of the frame is saturated and black, or no more than the offer to mark it."""
-        self.clippingButton.setText(text or self.tr("Clipping"))
-        self._fit()
+        """Show how much of the frame is saturated and black; if empty, about how much is saturated."""
+        self._measured = text
+        self._show_clipping()
+
+    def setSaturated(self, share: float | None) -> None:
+        """Show about how much of the frame is saturated if that is not measured; None if unknown."""
+        self._saturated = share or 0.0
+        self._show_clipping()
+
+    def _show_clipping(self) -> None:
+        digits = 0 if self._saturated >= LARGE_SHARE else 1
+        about = localized(self.tr("{0} saturated").format(f"{self._saturated:.{digits}%}"))
+        known = self._saturated >= LEAST_SHARE
+        self._show(self.clippingButton, self._measured or (about if known else self.tr("Clipping")))
+        restyle(self.clippingButton, "tone", "busy" if self._saturated >= NOTABLE_SHARE else "idle")
 
     def setZoom(self, zoom: float, fitted: bool) -> None:
         """Show the screen pixels for one of the frame; 0 is no image."""
@@ -121,11 +136,13 @@ class StatusStrip(QWidget):
 
     def clearFigures(self) -> None:
         """Show that nothing streams."""
+        self.clippingButton.setMinimumWidth(0)
+        self.setSaturated(None)
         for label in self._figures:
             label.clear()
             label.setMinimumWidth(0)
 
-    def _show(self, label: QLabel, text: str) -> None:
+    def _show(self, label: QLabel | QToolButton, text: str) -> None:
         """Keep the figure's width at its maximum, so that one more digit does not move its neighbours."""
         if text != label.text():
             label.setText(text)

@@ -1,6 +1,7 @@
 """The tools for seeing, used as a person would, on the simulated camera."""
 
 import logging
+import re
 
 import numpy as np
 import pytest
@@ -175,6 +176,8 @@ def test_clipping_is_marked_and_counted(app):
     pixels = screen(app).reshape(-1, 3)
     assert np.mean((pixels[:, 0] > 200) & (pixels[:, 2] < 100)) > 0.3
     window.actionClipping.trigger()
+    app.until(lambda: re.fullmatch(r"\d+% saturated", window.status.clippingButton.text()))
+    app.grabber.write_feature("ExposureTime", 10.0)
     app.until(lambda: window.status.clippingButton.text() == "Clipping")
 
 

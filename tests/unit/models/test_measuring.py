@@ -14,6 +14,7 @@ from grabbergui.models.measuring import (
     Line,
     MeasuringModel,
     Wanted,
+    estimate_saturated,
     measure_histogram,
     measure_profile,
     sharpness,
@@ -30,6 +31,20 @@ def test_the_histogram_of_grey_counts_every_pixel():
     assert found.mean("grey") == pytest.approx(image.mean())
     assert found.binned("grey").size == 256 and found.binned("grey").sum() == image.size
     assert found.saturated == (image == 4095).sum() / image.size
+
+
+@pytest.mark.parametrize(("name", "white"), [("Mono8", 255), ("BayerGB12", 4095), ("RGB8", 255)])
+@pytest.mark.parametrize("height", [3, 64, 1001])
+def test_the_share_of_saturated_samples_is_estimated_from_some_lines(name, white, height):
+    image = np.zeros(
+        (height, 30, 3) if name == "RGB8" else (height, 30), np.uint16 if white > 255 else np.uint8
+    )
+    image[:, :10] = white
+    assert estimate_saturated(frame_of(image, name)) == pytest.approx(1 / 3)
+
+
+def test_coordinates_are_never_saturated():
+    assert estimate_saturated(frame_of(np.ones((4, 4, 3), np.float32), "Coord3D_ABC32f")) is None
 
 
 @pytest.mark.parametrize("order", ["RG", "GR", "BG", "GB"])

@@ -62,6 +62,16 @@ def test_the_mean_is_that_of_all_components(stream, image, name, channels):
     assert image.mean == pytest.approx(90 / channels)
 
 
+def test_how_much_is_saturated_is_estimated_without_being_asked(stream, image):
+    pixels = np.zeros((480, 64), np.uint8)
+    pixels[:120] = 255
+    stream.send(Frame(pixels.reshape(-1), 64, 480, pfnc.by_name("BayerRG8"), 1))
+    until(image.take)
+    assert image.saturated == pytest.approx(0.25, abs=0.01)
+    image.restarted()
+    assert image.saturated is None
+
+
 def test_nothing_is_converted_until_the_window_paints_and_then_the_newest_is_shown(stream, image):
     stream.send(frame(1))
     until(lambda: image.converted == 1)
