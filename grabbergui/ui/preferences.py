@@ -21,6 +21,9 @@ MOST_RECENT = 10
 LAYOUT_VERSION = 3
 "Incremented when docks change so much that older layouts no longer fit."
 
+PANES = (1, 2, 4, 6)
+"Numbers of cameras that can be shown side by side."
+
 
 def camera_model(info: DeviceInfo) -> str:
     """Return the model of a camera, under which its preferences are kept; its URI if it has no model."""
@@ -146,6 +149,25 @@ class Preferences:
     @snapshot_kind.setter
     def snapshot_kind(self, kind: SnapshotKind) -> None:
         self._set("snapshots/kind", kind.value)
+
+    @property
+    def panes(self) -> int:
+        """How many cameras are shown side by side, one of `PANES`."""
+        value = str(self._get("window/panes"))
+        return int(value) if value in map(str, PANES) else PANES[0]
+
+    @panes.setter
+    def panes(self, count: int) -> None:
+        self._set("window/panes", count)
+
+    @property
+    def separate_zoom(self) -> bool:
+        """Whether each of several cameras has a zoom of its own."""
+        return str(self._get("window/separate_zoom")).lower() == "true"
+
+    @separate_zoom.setter
+    def separate_zoom(self, separate: bool) -> None:
+        self._set("window/separate_zoom", separate)
 
     @property
     def theme(self) -> Theme:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 
 from PyQt5.QtCore import QObject, QRectF, QSize, Qt, QTimer
-from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import Region
 from grabbergui.models.image.components import ShownImage
@@ -17,8 +16,10 @@ from grabbergui.models.sources import GalleryModel, Tile
 from grabbergui.models.status import Condition, StatusModel
 from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.gui_thread import Bridge
+from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import SourcePanesView
 from grabbergui.ui.views.gallery import CameraTile, Gallery
+from grabbergui.ui.widgets.component_pane import ComponentPane
 
 TILE_PERIOD_MS = 100
 "Milliseconds between two images of a tile, which cost a tenth of a live image."
@@ -37,15 +38,17 @@ class GalleryController(QObject):
         open_sources: OpenSources,
         status: StatusModel,
         confirm: Confirm,
+        preferences: Preferences,
     ) -> None:
         super().__init__(view)
+        self._preferences = preferences
         self._status = status
         self._confirm = confirm
         self._view = view
         self._model = model
         self._open_sources = open_sources
         self._image = image
-        self._panes = 1
+        self._panes = preferences.panes
         "How many sources are shown side by side, the current one among them."
         self._latest: dict[Tile, ShownImage] = {}
         "The newest image of each source."
@@ -56,8 +59,9 @@ class GalleryController(QObject):
         bridge.bind(model.changed, lambda _: self._show())
         bridge.bind(open_sources.opened, lambda _: self._show())
         self._timer = QTimer(self)
-        self._timer.setInterval(TILE_PERIOD_MS)
+        self._timer.setInterval(TILE_PERIOD_MS if self._panes == 1 else PANE_PERIOD_MS)
         self._timer.timeout.connect(self._refresh)
+        image.setSeparateZoom(preferences.separate_zoom)
 
     def take_next(self) -> None:
         """Make the next open source current, starting over after the last."""
@@ -67,9 +71,14 @@ class GalleryController(QObject):
 
     def show_panes(self, count: int) -> None:
         """Show so many sources side by side, as far as they are open."""
-        self._panes = count
+        self._panes = self._preferences.panes = count
         self._timer.setInterval(TILE_PERIOD_MS if count == 1 else PANE_PERIOD_MS)
         self._refresh()
+
+    def separate_zoom(self, separate: bool) -> None:
+        """Let each source shown have a zoom of its own, or the same for all."""
+        self._preferences.separate_zoom = separate
+        self._image.setSeparateZoom(separate)
 
     def _on_image_source_chosen(self, name: str) -> None:
         for tile in self._shown:
@@ -124,9 +133,10 @@ class GalleryController(QObject):
         order = [tile.source.title for tile in self._shown]
         self._image.setSourcesBeside(order, current.title if current is not None else "", images)
 
-    def _part_seen(self, shown: ShownImage, pane: QWidget) -> tuple[Region, tuple[int, int]]:
+    def _part_seen(self, shown: ShownImage, pane: ComponentPane) -> tuple[Region, tuple[int, int]]:
         """Return the part of an image that its pane shows, and the pixels of the screen that it takes."""
-        part = self._image.canvas.seen.intersected(QRectF(0, 0, 1, 1))
+        seen = pane.seen if self._image.paneArea.separate else self._image.canvas.seen
+        part = seen.intersected(QRectF(0, 0, 1, 1))
         left, top = math.floor(part.left() * shown.width), math.floor(part.top() * shown.height)
         width = max(1, math.ceil(part.right() * shown.width) - left)
         height = max(1, math.ceil(part.bottom() * shown.height) - top)

@@ -57,7 +57,13 @@ class SourceControls:
         )
         self.address = IpAddressController(window.sources, window, self.source_list)
         self.tiles = GalleryController(
-            window.gallery, window.image, self.gallery, sources, self.status, self.confirm_closing
+            window.gallery,
+            window.image,
+            self.gallery,
+            sources,
+            self.status,
+            self.confirm_closing,
+            context.preferences,
         )
         self.status_bar = StatusController(window.status, window.image, context, self.status, messages)
         triggers = Triggers(sources, self.status, messages)
@@ -67,6 +73,7 @@ class SourceControls:
         )
         self.rig = RigController(window.actionRig, context)
         self.recording.playRequested.connect(self.sources.play)
+        window.setPanes(context.preferences.panes, context.preferences.separate_zoom)
         self._join_actions(window)
 
     def _join_actions(self, window: MainWindow) -> None:
@@ -79,6 +86,7 @@ class SourceControls:
         window.actionBeside.triggered.connect(window.sources.requestBeside)
         window.actionNextSource.triggered.connect(self.tiles.take_next)
         window.panesChosen.connect(self.tiles.show_panes)
+        window.separateZoomToggled.connect(self.tiles.separate_zoom)
         self.status_bar.simulationRequested.connect(lambda: self.sources.connect_to(FIRST_URI))
         self.status_bar.addressRequested.connect(window.actionAddress.trigger)
         self.status_bar.doctorRequested.connect(window.actionDoctor.trigger)

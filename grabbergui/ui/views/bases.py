@@ -163,6 +163,9 @@ class SourcePanesView(Protocol):
     def paneArea(self) -> PaneArea:
         """The panes, by the names of their sources."""
 
+    def setSeparateZoom(self, separate: bool) -> None:
+        """Give each source beside the current one a zoom of its own, or the same to all."""
+
     def setSourcesBeside(self, order: Sequence[str], current: str, images: Sequence[ShownImage]) -> None:
         """Show images of other sources, labelled with their names, beside the current one's; or none."""
 

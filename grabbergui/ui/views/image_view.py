@@ -86,6 +86,7 @@ class ImageView(QWidget):
         "The component that was chosen and is not shown yet."
         self._sources_beside = False
         "Whether the panes show other sources, not other components."
+        self._separate_zoom = False
         self.note = ImageNote(self)
         self.tasks = TaskStack(self)
         """Work in progress, over the lower edge of the image, which does not move."""
@@ -116,7 +117,10 @@ class ImageView(QWidget):
 
     def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
+        first = self.canvas.empty
         self.canvas.setImage(image, width, height)
+        if first:
+            self.paneArea.restorePart()
 
     def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
         """Offer these components of the frame in tabs, or none, and mark the one that is shown."""
@@ -148,6 +152,12 @@ class ImageView(QWidget):
             return
         self.paneArea.setImages(self._labels, self._shown, images)
 
+    def setSeparateZoom(self, separate: bool) -> None:
+        """Give each source beside the current one a zoom of its own; components share theirs always."""
+        self._separate_zoom = separate
+        self.paneArea.forgetParts()
+        self.paneArea.setSeparate(separate and self._sources_beside)
+
     def setSourcesBeside(self, order: Sequence[str], current: str, images: Sequence[ShownImage]) -> None:
         """Show images of other open sources beside the current one's, all in this order of their names.
 
@@ -155,6 +165,7 @@ class ImageView(QWidget):
         """
         if images or self._sources_beside:
             self._sources_beside = bool(images)
+            self.paneArea.setSeparate(self._separate_zoom and self._sources_beside)
             self.paneArea.setImages(order, current, images)
 
     @property

@@ -28,7 +28,7 @@ from grabbergui.ui.actions import set_available
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.keys import MenuKeys
-from grabbergui.ui.preferences import LAYOUT_VERSION
+from grabbergui.ui.preferences import LAYOUT_VERSION, PANES
 from grabbergui.ui.screen import screen_room
 from grabbergui.ui.shown_text import set_tooltip
 from grabbergui.ui.tab_order import give_focus
@@ -53,8 +53,6 @@ ARRANGEMENT = b"\narrangement of the panels: "
 LEAST_SIZE = QSize(640, 360)
 "Least size of the window in pixels. Its panels are arranged for any larger size."
 
-PANES = (1, 2, 4, 6)
-"Numbers of cameras that can be shown side by side."
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
 
@@ -75,6 +73,8 @@ class MainWindow(QMainWindow):
     """The name of a colour map for monochrome images; empty for grey."""
     panesChosen = pyqtSignal(int)
     """How many cameras to show side by side; 1 is the current one alone."""
+    separateZoomToggled = pyqtSignal(bool)
+    """Whether each of several cameras has a zoom of its own."""
     polarisedViewChosen = pyqtSignal(object)
     """The `PolarisedView` of a polarised mosaic."""
 
@@ -369,8 +369,20 @@ class MainWindow(QMainWindow):
             action.setCheckable(True)
             action.setChecked(count == 1)
             action.setData(count)
+        self._panes = {action.data(): action for action in group.actions()}
         self.menuPanes.addActions(group.actions())
+        self.menuPanes.addSeparator()
+        self._separate_zoom = QAction(self.tr("Separate &zoom"), self.menuPanes)
+        self._separate_zoom.setCheckable(True)
+        set_tooltip(self._separate_zoom, self.tr("Zoom and move each camera by itself, not all alike"))
+        self.menuPanes.addAction(self._separate_zoom)
         group.triggered.connect(lambda action: self.panesChosen.emit(action.data()))
+        self._separate_zoom.triggered[bool].connect(self.separateZoomToggled)
+
+    def setPanes(self, count: int, separate_zoom: bool) -> None:
+        """Mark how many cameras are shown side by side, and whether each has a zoom of its own."""
+        self._panes[count].setChecked(True)
+        self._separate_zoom.setChecked(separate_zoom)
 
     def setColourMap(self, name: str) -> None:
         """Mark the colours of the component that is shown."""

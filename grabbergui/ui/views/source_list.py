@@ -215,7 +215,13 @@ class SourceListView(QWidget):
         """Scroll to the selected card; again while the list has not got the height of its cards."""
         content, cards = self.scrollArea.widget(), self.sourceList
         items = cards.selectedItems()
-        if not self._unseen or content is None or not items or items[0].isHidden():
+        if not self._unseen or content is None or not items:
+            return
+        if items[0].isHidden():  # the source has a tile
+            current = next((tile for tile in self.gallery.tiles if tile.property("current")), None)
+            self._unseen = False
+            if current is not None:
+                self.scrollArea.ensureWidgetVisible(current, 0, 0)
             return
         card = cards.visualItemRect(items[0])
         self._unseen = content.height() < cards.y() + card.bottom()

@@ -15,6 +15,8 @@ from grabbergui.ui.widgets.scale_bar import SCALE_MARGIN, ScaleBar, place_scale
 
 _PAD = 6
 "Between a caption and its edge, pixels."
+WHOLE = QRectF(0, 0, 1, 1)
+"All of an image, in fractions of it."
 
 
 class PaneCaption(QWidget):
@@ -75,6 +77,7 @@ class PaneCaption(QWidget):
 class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
     """Shows a part of a component. Wheel and dragging move it, which its owner passes on to all panes.
 
+    With `setOwnZoom` it shows the part that the user chose in it, all of the image at first.
     Places are fractions of the image, as components may differ in size.
     """
 
@@ -95,6 +98,9 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._box.setBorder(None)
         self._item = ImageItem(lambda: None)
         self._pressed: QPointF | None = None
+        self._own_zoom = False
+        self._part = WHOLE
+        "What is seen with a zoom of its own."
         self.mark = CursorMark()
         self.setCentralItem(self._box)
         self._box.addItem(self._item, ignoreBounds=True)
@@ -107,7 +113,10 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
 
     def setImage(self, name: str, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a component of that name and size in pixels."""
+        other = (width, height) != self._item.frame_size
         self._item.setImage(image, width, height)
+        if other and self._own_zoom:
+            self.setSeen(self._part)
         if name != self._name:
             self._name = name
             self.setAccessibleName(name)
@@ -128,6 +137,22 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         """Dim the image, which is not current."""
         self._item.setOpacity(DIMMED if dimmed else 1.0)
 
+    @property
+    def seen(self) -> QRectF:
+        """The visible part in fractions of the image; beyond 0 … 1 if the view is larger."""
+        return self._item.toFractions(self._box.viewRect())
+
+    def setOwnZoom(self, own: bool) -> None:
+        """Let the pane have a zoom of its own, beginning with what it shows now."""
+        if own != self._own_zoom:
+            self._own_zoom = own
+            self._part = self.seen if own and all(self._item.frame_size) else WHOLE
+
+    def showPart(self, part: QRectF) -> None:
+        """Show this part of the image as if the user had chosen it here; never more than all of it."""
+        self._part = WHOLE if part.width() >= 1 and part.height() >= 1 else part
+        self.setSeen(self._part)
+
     def setSeen(self, part: QRectF) -> None:
         """Show this part of the image."""
         seen = self._item.toPixels(part)
@@ -145,6 +170,8 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         """Keep the scale at the edge."""
         super().resizeEvent(event)
         if hasattr(self, "scaleBar"):
+            if self._own_zoom:
+                self.setSeen(self._part)
             self._caption()
             self.caption.arrange()
 
@@ -163,9 +190,12 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
                 self.chosen.emit()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Toggle between fitted and 1:1."""
+        """Toggle between fitted and 1:1; with a zoom of its own, fit."""
         super().mouseDoubleClickEvent(event)
-        self.fitToggled.emit()
+        if self._own_zoom:
+            self.showPart(WHOLE)
+        else:
+            self.fitToggled.emit()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Follow the cursor."""
@@ -183,8 +213,10 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self.cursorLeft.emit()
 
     def _on_box_moved_by_hand(self, *_: object) -> None:
-        if all(self._item.frame_size):
-            self.moved.emit(self._item.toFractions(self._box.viewRect()))
+        if self._own_zoom:
+            self.showPart(self.seen)
+        elif all(self._item.frame_size):
+            self.moved.emit(self.seen)
 
     def _caption(self) -> None:
         text = place_scale(self.scaleBar, self.rect())

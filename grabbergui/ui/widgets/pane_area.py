@@ -9,7 +9,7 @@ from PyQt5.QtGui import QPainter, QPaintEvent, QPen, QResizeEvent
 from PyQt5.QtWidgets import QGridLayout, QWidget
 
 from grabbergui.models.image.components import ShownImage
-from grabbergui.ui.widgets.component_pane import ComponentPane, PaneCaption, columns_for
+from grabbergui.ui.widgets.component_pane import WHOLE, ComponentPane, PaneCaption, columns_for
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.image_overlays import CursorMark
 
@@ -38,6 +38,9 @@ class PaneArea(QWidget):
         self._chosen = ""
         self._columns = 0
         self._scale_text = self._value = ""
+        self._separate = False
+        self._parts: dict[str, QRectF] = {}
+        "The parts that were last seen of each component, while each pane has a zoom of its own."
 
     def take(self, canvas: ImageCanvas) -> None:
         """Take the canvas, which is in this widget's grid already."""
@@ -68,14 +71,50 @@ class PaneArea(QWidget):
         by_name = {shown.label: shown for shown in images}
         names = tuple(name for name in order if name == chosen or name in by_name) if by_name else ()
         if (names, chosen) != (self._names, self._chosen):
-            self._names, self._chosen = names, chosen
+            before, self._names, self._chosen = self._chosen, names, chosen
+            self._keep_parts(before)
             self._make_panes(by_name)
         for name, shown in by_name.items():
             pane = self._panes[name]
             pane.setImage(name, shown.image, shown.width, shown.height)
             pane.setScale(shown.quantity.scale if shown.quantity is not None else None)
-            if self._canvas is not None:
+            if self._canvas is not None and not self._separate:
                 pane.setSeen(self._canvas.seen)
+
+    def setSeparate(self, separate: bool) -> None:
+        """Give each pane a zoom of its own, or the canvas's to all."""
+        if separate != self._separate:
+            self._keep_parts(self._chosen)
+            self._separate = separate
+            for pane in self._panes.values():
+                pane.setOwnZoom(separate)
+            self._follow_canvas()
+
+    @property
+    def separate(self) -> bool:
+        """Whether each pane has a zoom of its own."""
+        return self._separate
+
+    def _keep_parts(self, before: str) -> None:
+        """Let each component keep its zoom when canvas and pane change places; `before` was in the canvas."""
+        if not self._separate:
+            return
+        self._parts |= {name: pane.seen for name, pane in self._panes.items()}
+        if before != self._chosen:
+            self.restorePart()
+
+    def forgetParts(self) -> None:
+        """Forget what was seen of each component."""
+        self._parts.clear()
+
+    def restorePart(self) -> None:
+        """Show the part of the chosen component that was last seen, if each has a zoom of its own."""
+        if self._separate and self._canvas is not None:
+            part = self._parts.get(self._chosen, WHOLE)
+            if part.width() < 1 or part.height() < 1:
+                self._canvas.setSeen(part)
+            else:
+                self._canvas.fit()
 
     def setScaleText(self, text: str) -> None:
         """Show the scale of the chosen component as text, or none."""
@@ -140,6 +179,9 @@ class PaneArea(QWidget):
         pane.fitToggled.connect(canvas.toggleFit)
         pane.cursorMoved.connect(lambda place: self._on_pane_cursor_moved(pane, place))
         pane.cursorLeft.connect(canvas.forgetCursor)
+        if self._separate:
+            pane.setOwnZoom(True)
+            pane.showPart(self._parts.get(name, WHOLE))
         return pane
 
     def _arrange(self) -> None:
@@ -172,8 +214,11 @@ class PaneArea(QWidget):
         self.caption.setParts(name, self._value, self._scale_text)
 
     def _follow_canvas(self, *_: object) -> None:
-        if self._panes and self._canvas is not None:
-            seen: QRectF = self._canvas.seen
+        canvas = self._canvas
+        if self._separate and canvas is not None and not canvas.empty:
+            self._parts[self._chosen] = canvas.seen
+        elif self._panes and canvas is not None:
+            seen: QRectF = canvas.seen
             for pane in self._panes.values():
                 pane.setSeen(seen)
 

@@ -4,7 +4,8 @@ import gc
 import threading
 import weakref
 
-from PyQt5.QtCore import Qt
+import pytest
+from PyQt5.QtCore import QRectF, Qt
 
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.widgets.source_cards import SOURCE_ROLE
@@ -180,6 +181,28 @@ def test_a_camera_that_comes_back_has_its_controls_as_they_were_and_true(app):
     connection.open_sources.close(second)
     app.until(lambda: len(window.features._sections) == 1)
     assert not app.errors
+
+
+def test_panes_and_their_zoom_are_kept_and_each_camera_has_its_own(make_app):
+    app = make_app()
+    two_cameras(app)
+    area, canvas, menu = app.window.image.paneArea, app.window.image.canvas, app.window.menuPanes
+    next(action for action in menu.actions() if action.data() == 2).trigger()
+    next(action for action in menu.actions() if "zoom" in action.text()).trigger()
+    app.until(lambda: len(area.panes) == 1)
+    ((_, pane),) = area.panes.items()
+    app.watch()
+    canvas.zoomBy(4)
+    app.watch()
+    assert pane.seen.width() >= 1 > canvas.seen.width(), "the other one shows all of its image still"
+    pane.showPart(QRectF(0.25, 0.25, 0.5, 0.5))
+    app.qtbot.mouseClick(pane.viewport(), Qt.LeftButton)
+    app.until(lambda: str(app.program.open_sources.current.uri) == COLOUR)
+    app.watch()
+    app.until(lambda: canvas.seen.width() == pytest.approx(0.5, abs=0.02))
+    app.until(lambda: [pane.seen.width() for pane in area.panes.values()] == [pytest.approx(0.25, abs=0.1)])
+    preferences = app.program.preferences
+    assert (preferences.panes, preferences.separate_zoom) == (2, True)
 
 
 def test_cameras_side_by_side_share_the_zoom_and_a_click_makes_one_current(app):
