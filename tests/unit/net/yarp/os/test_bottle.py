@@ -124,6 +124,7 @@ def wire_form(item, dialect):
         (Number(7), 1, b"\7\0\0\0"),
         (Number(-(2**31)), 1, b"\0\0\0\x80"),
         (Number(2**31), 17, b"\0\0\0\x80\0\0\0\0"),
+        (Number(-(2**31) - 1), 17, b"\xff\xff\xff\x7f\xff\xff\xff\xff"),
         (Word("a\udcff"), 4, b"\2\0\0\0a\xff"),
         ((1,), 256, b"\1\0\0\0\1\0\0\0\1\0\0\0"),
         (bytearray(b"ab"), 12, b"\2\0\0\0ab"),

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.net.yarp.os.values import Vocab, Vocab64, item_text, word
+from grabbergui.net.yarp.os.values import Vocab, item_text
 
 
 @pytest.mark.parametrize(
@@ -26,8 +26,3 @@ def test_an_item_that_is_no_word_is_refused(item: Any) -> None:
     kind = "list" if isinstance(item, list) else "blob"
     with pytest.raises(RemoteProtocolError, match=f"^a {kind} where a word is expected$"):
         item_text(item)
-
-
-def test_only_strings_and_vocabs_are_words_of_a_command() -> None:
-    items: list[object] = ["help", Vocab("get"), Vocab64("features"), 5, 2.5, b"blob", ["list"], True]
-    assert [word(item) for item in items] == ["help", "get", "features", "", "", "", "", ""]
