@@ -1,13 +1,29 @@
-"""Files that come with the program are found from any folder; files of the user's are written whole."""
+"""The program's command, its own files and its user's folders."""
 
 import os
+import shutil
 import stat
+import sys
 from pathlib import Path
 
 import pytest
 
-from grabbergui.core.environment import RESOURCES, find_file, write_whole
-from grabbergui.core.errors import MissingFileError
+from grabbergui.core import environment
+from grabbergui.core.environment import (
+    RESOURCES,
+    cache_home,
+    check_folder_of,
+    config_home,
+    data_home,
+    expanded,
+    find_file,
+    home,
+    program,
+    shell_command,
+    sudo_command,
+    write_whole,
+)
+from grabbergui.core.errors import MissingFileError, UsageError
 
 
 @pytest.mark.parametrize("name", ["resources/ros2/camera.yaml", "ros2/camera.yaml", "camera.yaml"])
@@ -92,3 +108,72 @@ def test_a_writable_file_in_a_readonly_folder_is_written_in_place(tmp_path, monk
         patch.setattr(os, "open", refuse)
         write_whole(path, "new")
     assert path.read_text() == "new"
+
+
+@pytest.fixture
+def python(tmp_path, monkeypatch):
+    """Return a Python in a folder of its own, beside which the command may lie."""
+    (python := tmp_path / "bin" / "python3").parent.mkdir()
+    monkeypatch.setattr(sys, "executable", str(python))
+    return python
+
+
+def test_the_command_is_the_one_beside_python(python, monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert program() == [str(python), "-m", "grabbergui"]
+    assert shell_command("show", "left eye") == f"{python} -m grabbergui show 'left eye'"
+    (command := python.with_name("grabbergui")).touch()
+    assert program() == [str(command)]
+    assert shell_command("show") == f"{command} show"
+
+
+def test_the_name_is_enough_where_the_shell_finds_this_command(python, monkeypatch, tmp_path):
+    (command := python.with_name("grabbergui")).touch()
+    (link := tmp_path / "grabbergui").symlink_to(command)
+    (other := tmp_path / "other").touch()
+    for found, shown in ((command, "grabbergui"), (link, "grabbergui"), (other, str(command))):
+        monkeypatch.setattr(shutil, "which", lambda name, found=found: name and str(found))
+        assert shell_command("show") == f"{shown} show"
+    monkeypatch.setattr(shutil, "which", lambda name: str(command))
+    assert shell_command("show", absolute=True) == f"{command} show", "sudo searches other folders"
+    assert sudo_command("setup") == f"sudo {command} setup"
+
+
+@pytest.mark.parametrize(
+    ("folder", "variable", "default"),
+    [
+        (data_home, "XDG_DATA_HOME", ".local/share"),
+        (config_home, "XDG_CONFIG_HOME", ".config"),
+        (cache_home, "XDG_CACHE_HOME", ".cache"),
+    ],
+)
+def test_a_users_folders_are_where_the_specification_has_them(monkeypatch, folder, variable, default):
+    monkeypatch.setenv("HOME", "/home/ada")
+    assert folder({variable: "/mnt/ada"}) == Path("/mnt/ada")
+    for given in ({}, {variable: ""}, {variable: "relative/folder"}, {"XDG_OTHER": "/mnt/other"}):
+        assert folder(given) == Path("/home/ada") / default
+
+
+def test_a_user_without_a_home_has_the_root(monkeypatch):
+    def no_home():
+        raise RuntimeError("no home directory")
+
+    monkeypatch.setattr(environment.Path, "home", no_home)
+    assert home() == Path("/") and config_home({}) == Path("/.config")
+
+
+def test_a_tilde_is_a_home(monkeypatch):
+    monkeypatch.setenv("HOME", "/home/ada")
+    assert expanded("~/left.yaml") == Path("/home/ada/left.yaml")
+    assert expanded(Path("left.yaml")) == Path("left.yaml")
+    with pytest.raises(
+        UsageError, match=r"^~nobody-here/a: there is no such home directory; write the whole"
+    ):
+        expanded("~nobody-here/a")
+
+
+def test_a_file_needs_its_folder(tmp_path):
+    check_folder_of(tmp_path / "left.yaml")
+    with pytest.raises(MissingFileError) as failure:
+        check_folder_of(tmp_path / "none" / "left.yaml")
+    assert str(failure.value) == f"there is no folder {tmp_path / 'none'} for left.yaml; create it first"

@@ -91,3 +91,54 @@ def test_two_opencvs_are_a_problem() -> None:
     assert not list(opencv(["opencv-python-headless"]))
     (finding,) = opencv(["opencv-python-headless", "opencv-python"])
     assert finding.level is Level.PROBLEM and "cv2.imshow" in finding.remedy
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        (
+            ImportError("libGL.so.1: cannot open shared object file", name="cv2.x"),
+            "the system's library libGL.so.1, which cv2 needs, is missing:"
+            " sudo apt-get install libgl1 (or your system's package with it)",
+        ),
+        (
+            ImportError("libodd-2.so.7: cannot open", name="_genapi"),
+            "the system's library libodd-2.so.7, which genicam needs, is missing:"
+            " install the package of your system that contains it",
+        ),
+        (
+            ModuleNotFoundError("No module named 'usb'", name="usb.core"),
+            "the package usb is not installed: /usr/bin/python3 -m pip install pyusb",
+        ),
+        (
+            ModuleNotFoundError("No module named 'av'", name="av"),
+            "the package av is not installed: /usr/bin/python3 -m pip install av",
+        ),
+        (
+            ImportError("undefined symbol: x\nin libav.so.7", name="av"),
+            "the package av is installed, but cannot be loaded (undefined symbol: x in libav.so.7):"
+            " install grabbergui again in a new environment",
+        ),
+        (
+            ImportError("broken"),
+            "the package in question is installed, but cannot be loaded (broken):"
+            " install grabbergui again in a new environment",
+        ),
+    ],
+)
+def test_a_reason_and_a_remedy(monkeypatch: pytest.MonkeyPatch, error: ImportError, line: str) -> None:
+    monkeypatch.setattr(sys, "executable", "/usr/bin/python3")
+    assert explained(error) == line
+
+
+def test_the_window_where_it_has_no_wheels_is_debians(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(platform, "machine", lambda: "aarch64")
+    monkeypatch.setattr(sys, "base_prefix", "/usr")
+    monkeypatch.setattr(sys, "base_exec_prefix", "/usr")
+    monkeypatch.setattr(sys, "version_info", (3, 11, 2))
+    monkeypatch.setattr(sys, "prefix", "/usr")
+    assert install_command("PyQt5") == "sudo apt-get install python3-pyqt5"
+    monkeypatch.setattr(sys, "prefix", "/home/ada/my env")
+    make = "/usr/bin/python3.11 -m venv --system-site-packages --upgrade '/home/ada/my env'"
+    assert install_command("PyQt5") == f"sudo apt-get install python3-pyqt5 && {make}"
