@@ -119,6 +119,31 @@ def test_rows_that_reach_beyond_the_payload_are_dropped() -> None:
     assert bench.statistics.packets_ignored == 29 - SIZE // STRIDE
 
 
+def test_rows_in_order_that_arrive_twice_are_duplicates() -> None:
+    bench = Bench()
+    sent = block(1)
+    bench.feed(sent[:1])
+    for _ in range(2):
+        bench.assembler.receive_rows(rows_of(sent[1:6]), bench.now)
+    bench.assembler.receive_rows(rows_of(sent[4:9]), bench.now)
+    assert (bench.statistics.packets, bench.statistics.packets_duplicate) == (16, 7)
+    (done,) = bench.feed(sent[9:])
+    assert is_image(done)
+
+
+def test_rows_in_order_beyond_the_payload_are_ignored() -> None:
+    bench = Bench()
+    sent = block(1)
+    bench.feed(sent[:1])
+    first = SIZE // STRIDE - 1
+    beyond = [
+        PacketHeader(PacketFormat.PAYLOAD, 1, packet_id).encode() + sent[1][8:]
+        for packet_id in range(first, first + 5)
+    ]
+    bench.assembler.receive_rows(rows_of(beyond), bench.now)
+    assert bench.statistics.packets_ignored == 2, "the third ends with padding, as some cameras add it"
+
+
 def test_rows_without_a_free_buffer_are_only_counted() -> None:
     bench = Bench(buffers=1)
     (held,) = bench.feed(block(1))

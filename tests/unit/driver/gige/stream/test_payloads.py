@@ -66,13 +66,15 @@ def test_a_frame_has_the_leaders_geometry_and_the_streams_byte_order() -> None:
     assert np.array_equal(frame.raw(), lines)
 
 
-def test_an_incomplete_frame_says_so() -> None:
-    leader, data = Leader(1, 5, MONO8, 25, 10), bytes(range(250))
+@pytest.mark.parametrize(("lost", "begin", "end"), [(1, 0, 100), (2, 100, 200), (3, 200, 250)])
+def test_an_incomplete_frame_says_so(lost: int, begin: int, end: int) -> None:
+    leader, data = Leader(1, 5, MONO8, 25, 10), bytes(range(1, 251))
     datagrams = packets(leader, data, Trailer(1, 10))
-    del datagrams[2]
+    del datagrams[lost]
     frame = FrameBuilder(0).build(only_block(datagrams, 250, deliver_incomplete=True, enabled=False))
-    assert (frame.status, frame.missing_bytes, frame.timestamp_ns) == (FrameStatus.INCOMPLETE, 100, 0)
-    assert frame.payload.tobytes() == data[:100] + bytes(100) + data[200:]
+    assert (frame.status, frame.missing_bytes) == (FrameStatus.INCOMPLETE, end - begin)
+    assert frame.timestamp_ns == 0, "the camera has no clock"
+    assert frame.payload.tobytes() == data[:begin] + bytes(end - begin) + data[end:]
 
 
 @pytest.mark.parametrize(
@@ -127,20 +129,21 @@ def test_an_all_in_packet_of_another_kind_is_dropped() -> None:
     assert block.payload.tobytes() == bytes(range(64))
 
 
-def part(data_type: PartType, length: int, code: int = 0, *numbers: int) -> PayloadPart:
-    return PayloadPart(data_type, length, code, (*numbers, *(0,) * (6 - len(numbers))), 2, 1, 3)
+def part(data_type: PartType, length: int, code: int = 0, *numbers: int, purpose: int = 1) -> PayloadPart:
+    return PayloadPart(data_type, length, code, (*numbers, *(0,) * (6 - len(numbers))), 2, purpose, 3)
 
 
 def test_each_part_of_a_block_becomes_a_component_of_its_kind() -> None:
     written, coded = cv2.imencode(".jpg", np.full((8, 16), 90, np.uint8))
     assert written
-    contents = [bytes(range(1, 41)), bytes(range(60)), b"\xff" * 12, bytes(8), coded.tobytes()]
+    contents = [bytes(range(1, 41)), bytes(range(60)), b"\xff" * 12, bytes(8), bytes(4), coded.tobytes()]
     parts = (
         part(PartType.IMAGE_2D, 40, MONO16, 2, 5, 6, 8, 4),
         part(PartType.CONFIDENCE, 60, MONO8, 10, 6),
         part(PartType.CHUNK, 12),
-        part(PartType.IMAGE_2D, 8, MONO8),
-        part(PartType.JPEG, len(contents[4])),
+        part(PartType.IMAGE_2D, 8, MONO8, 8),
+        part(PartType.IMAGE_3D, 4, MONO16, 2, 1, purpose=4),
+        part(PartType.JPEG, len(contents[5])),
     )
     leader = Leader(PayloadKind.MULTI_PART, 5, MONO16, 2, 5, parts=parts)
     datagrams = [packet(PacketFormat.LEADER, 0, leader.encode())]
@@ -155,8 +158,9 @@ def test_each_part_of_a_block_becomes_a_component_of_its_kind() -> None:
     frame = FrameBuilder(0, big_endian=True).build(only_block(datagrams, begin))
     assert frame.payload_type is PayloadType.MULTI_PART
     assert frame.chunk_payload is not None and frame.chunk_payload.tobytes() == contents[2]
-    image, confidence, jpeg = frame.components
-    assert [each.data.tobytes() for each in frame.components] == [contents[0], contents[1], contents[4]]
+    image, confidence, distance, jpeg = frame.components
+    assert [each.data.tobytes() for each in frame.components] == [contents[at] for at in (0, 1, 4, 5)]
+    assert distance.kind is ComponentKind.RANGE, "its purpose says so (SFNC: ComponentIDValue)"
     assert (image.width, image.height, image.offset_x, image.offset_y, image.padding_x) == (2, 5, 6, 8, 4)
     assert (image.kind, image.pixel_format.name, image.big_endian) == (
         ComponentKind.INTENSITY,
@@ -167,7 +171,8 @@ def test_each_part_of_a_block_becomes_a_component_of_its_kind() -> None:
     assert (confidence.kind, confidence.width, confidence.height) == (ComponentKind.CONFIDENCE, 10, 6)
     assert (jpeg.width, jpeg.height) == (16, 8)
     for component in frame.components:
-        assert (component.source, component.purpose, component.region) == (2, 1, 3)
+        assert (component.source, component.region) == (2, 3)
+        assert component.purpose == (4 if component is distance else 1)
 
 
 def test_parts_of_a_block_whose_leader_is_lost_lie_at_their_own_positions() -> None:
@@ -354,3 +359,15 @@ def test_an_h264_image_is_its_packets_behind_each_other_in_whatever_order() -> N
         frame = FrameBuilder(1_000).build(block)
         assert block.complete and frame.timestamp_ns == 7_000_000_000
         assert frame.payload_type is PayloadType.H264 and frame.parts[0].data.tobytes() == data
+
+
+def test_gendc_data_without_a_descriptor_takes_no_more_memory_than_a_frame() -> None:
+    bench = Bench(payload_size=300, stride=120)
+    bench.feed([packet(PacketFormat.LEADER, 0, Leader(PayloadKind.GENDC, 5, size=300).encode())])
+    for packet_id in range(1, 4):
+        piece = GendcPosition(100, (packet_id - 1) * 100, 0, 0, flow=1).encode() + bytes(100)
+        bench.feed([packet(PacketFormat.GENDC, packet_id, piece)])
+    assert bench.assembler.refusal == ""
+    piece = GendcPosition(1, 300, 0, 0, flow=1).encode() + bytes(1)
+    bench.feed([packet(PacketFormat.GENDC, 4, piece)])
+    assert bench.assembler.refusal.endswith("GenDC data of a frame's size came without a descriptor")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from block_bench import LAST, SIZE, STRIDE, Bench, block, is_image
 from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.gvsp import Leader, PayloadKind
+from grabbergui.driver.gige.gvsp import Leader, PayloadKind, Trailer
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader
 from grabbergui.driver.gige.stream.block import Places
 
@@ -149,3 +149,18 @@ def test_a_gap_before_packets_in_place_is_requested() -> None:
     assert receive(bench, places_of(bench), sent[4:8]) == 4
     bench.wait(0.02)
     assert [(request.first, request.last) for request in bench.requests] == [(1, 2)]
+
+
+def test_an_image_of_full_packets_only_ends_with_its_last_line() -> None:
+    bench = Bench(payload_size=4 * STRIDE)
+    leader = Leader(1, 5, 0x01080001, STRIDE, 4)
+    data = [bytes([number]) * STRIDE for number in range(1, 5)]
+    bench.feed([PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader.encode()])
+    lines = [
+        PacketHeader(PacketFormat.PAYLOAD, 1, packet_id).encode() + line
+        for packet_id, line in enumerate(data, 1)
+    ]
+    assert receive(bench, places_of(bench), lines) == 4
+    trailer = Trailer(1, 4).encode()
+    (done,) = bench.tick() + bench.feed([PacketHeader(PacketFormat.TRAILER, 1, 5).encode() + trailer])
+    assert done.complete and done.payload.tobytes() == b"".join(data)

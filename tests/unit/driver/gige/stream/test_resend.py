@@ -385,3 +385,13 @@ def test_a_leader_that_comes_twice_is_a_double() -> None:
     leader, *rest = block(1)
     assert ids(bench.feed([leader, leader, *rest])) == [1]
     assert bench.statistics.packets_duplicate == 1
+
+
+def test_what_is_unavailable_before_anything_was_requested_does_no_harm() -> None:
+    bench = Bench()
+    sent = block(1)
+    refused = PacketHeader(PacketFormat.PAYLOAD, 1, 0, Status.PACKET_UNAVAILABLE).encode()
+    bench.feed([refused, *sent[:3]])
+    later = PacketHeader(PacketFormat.PAYLOAD, 1, LAST + 50, Status.PACKET_UNAVAILABLE).encode()
+    (done,) = bench.feed([later, *sent[3:]])
+    assert is_image(done) and bench.requests == []
