@@ -241,6 +241,36 @@ def test_packets_from_long_ago_are_ignored() -> None:
     assert bench.statistics.packets_ignored == 2 and bench.assembler.timer() == float("inf")
 
 
+def test_late_packets_of_the_last_64_blocks_are_known() -> None:
+    bench = Bench()
+    sent = {block_id: block(block_id) for block_id in range(1, 66)}
+    for datagrams in sent.values():
+        bench.feed(datagrams)
+    bench.feed(sent[2][3:4])
+    assert (bench.statistics.packets_duplicate, bench.statistics.packets_ignored) == (1, 0)
+    bench.feed(sent[1][3:4])
+    assert (bench.statistics.packets_duplicate, bench.statistics.packets_ignored) == (1, 1)
+
+
+def test_a_packet_without_data_is_malformed() -> None:
+    bench = Bench()
+    leader, *rest = block(1)
+    bench.feed([leader, PacketHeader(PacketFormat.PAYLOAD, 1, 1).encode()])
+    assert bench.statistics.packets_ignored == 1
+    (done,) = bench.feed(rest)
+    assert is_image(done)
+
+
+def test_an_incomplete_image_keeps_the_chunks_behind_it() -> None:
+    data = image(1) + bytes(range(164))
+    sent = block(1, data=data, payload_type=0x4001)
+    del sent[2]
+    bench = Bench(payload_size=SIZE + 500, enabled=False, deliver_incomplete=True)
+    (done,) = bench.feed(sent) + bench.wait(2.0)
+    assert done.payload.tobytes() == data[:STRIDE] + bytes(STRIDE) + data[2 * STRIDE :]
+    assert (done.complete, done.missing_bytes) == (False, STRIDE)
+
+
 def test_how_many_packets_are_still_to_come() -> None:
     bench = Bench()
     sent = block(1)

@@ -395,3 +395,13 @@ def test_what_is_unavailable_before_anything_was_requested_does_no_harm() -> Non
     later = PacketHeader(PacketFormat.PAYLOAD, 1, LAST + 50, Status.PACKET_UNAVAILABLE).encode()
     (done,) = bench.feed([later, *sent[3:]])
     assert is_image(done) and bench.requests == []
+
+
+def test_a_gap_opened_when_the_packet_behind_it_arrived_not_when_it_was_read() -> None:
+    """Fifteen packets are read at once, 1.5 ms after the first of the block: one came every 0.1 ms."""
+    bench = Bench(initial_wait=0.001)
+    sent = block(1)
+    bench.feed(sent[:1], period=0.0)
+    feed_at_once(bench, [*sent[1:12], *sent[13:16]], 0.0015)
+    assert bench.requests == []
+    assert bench.assembler.timer() == pytest.approx(bench.now - 0.0002 + 0.001, abs=2e-6)
