@@ -13,6 +13,7 @@ from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import Region
+from grabbergui.models.image.region_edit import AxisLimits, RegionLimits
 
 
 @contextmanager
@@ -59,6 +60,29 @@ def apply(grabber: FrameGrabber, region: Region) -> Region:
     return _paused(grabber, lambda axis: _cut(grabber, axis, region))
 
 
+def place_of(grabber: FeatureSource) -> tuple[Region, RegionLimits]:
+    """Return the camera's region, and what it accepts. Thread and errors as in `apply`."""
+    _require(grabber)
+    region, limits = [], []
+    for size_name, offset_name in _AXES:
+        size, offset = grabber.feature(size_name), grabber.feature(offset_name)
+        most = f"{size_name}Max"
+        sensor = _number(grabber.feature(most).value) if grabber.has_feature(most) else 0
+        sensor = max(sensor, _number(offset.maximum) + _number(size.value), _number(size.value))
+        least, step = max(1, _number(size.minimum)), max(1, _number(size.increment))
+        limits.append(AxisLimits(sensor, least, step, max(1, _number(offset.increment))))
+        region.append((_number(offset.value), _number(size.value)))
+    (x, width), (y, height) = region
+    return Region(x, y, width, height), RegionLimits(*limits)
+
+
+def apply_on_sensor(grabber: FrameGrabber, region: Region) -> Region:
+    """Set the camera's region, in pixels of the sensor, and return it. Thread and errors as in `apply`."""
+    _require(grabber)
+    places = {"Width": (region.x, region.width), "Height": (region.y, region.height)}
+    return _paused(grabber, lambda axis: _place(grabber, axis, *places[axis[0]]))
+
+
 def apply_full(grabber: FrameGrabber) -> Region:
     """Set the camera's region to the whole sensor, and return it. Thread and errors as in `apply`."""
     _require(grabber)
@@ -87,9 +111,14 @@ def _cut(grabber: FeatureSource, axis: tuple[str, str], region: Region) -> None:
     size, offset = grabber.feature(size_name), grabber.feature(offset_name)
     start, length = (region.x, region.width) if size_name == "Width" else (region.y, region.height)
     new_size, new_offset = fitted(start, length, size, offset)
+    _place(grabber, axis, new_offset, new_size)
+
+
+def _place(grabber: FeatureSource, axis: tuple[str, str], new_offset: int, new_size: int) -> None:
+    size_name, offset_name = axis
     # Offset and size limit each other, so their sum must stay within the sensor after each write.
     writes = [(size_name, new_size), (offset_name, new_offset)]
-    if new_size > _number(size.value):
+    if new_size > _number(grabber.feature(size_name).value):
         writes.reverse()
     for name, value in writes:
         if grabber.feature(name).value != value:

@@ -13,6 +13,7 @@ from grabbergui.core.pixels import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features import sensor_region
+from grabbergui.models.image.region_edit import RegionLimits
 from grabbergui.models.one_push import (
     OnePush,
     Tuning,
@@ -31,7 +32,7 @@ from grabbergui.ui.actions import set_available
 from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
+from grabbergui.ui.views.bases import DrawableView, RegionActions, RegionImageView, TuningActions
 from grabbergui.ui.widgets.drawing_tool import Purpose
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
@@ -151,18 +152,22 @@ def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
 
 
 class RegionController(QObject):
-    """Draws the part of the sensor to send, and takes the whole sensor again."""
+    """Draws the part of the sensor to send, moves and resizes it, and takes the whole sensor again."""
 
-    def __init__(self, actions: RegionActions, view: DrawableView, context: SourceContext) -> None:
+    def __init__(self, actions: RegionActions, view: RegionImageView, context: SourceContext) -> None:
         super().__init__(context.window)
         self._view = view
         self._open_sources = context.open_sources
         self._image = context.image
         self._messages = context.messages
+        self._edited: Region | None = None
+        "The part of the sensor at which the handles were placed last."
         self._bridge = Bridge(self)
         actions.actionRegion.triggered.connect(self._draw)
         actions.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
         view.drawing.regionDrawn.connect(self._on_region_drawn)
+        view.regionTool.regionChosen.connect(self._on_region_chosen)
+        view.painted.connect(self._on_view_painted)
         ability = CameraAbility(
             self,
             context.open_sources,
@@ -172,6 +177,7 @@ class RegionController(QObject):
             actions.actionFullSensor,
         )
         ability.ended.connect(view.drawing.cancel)
+        ability.ended.connect(view.regionTool.end)
 
     def _draw(self) -> None:
         if self._image.frame is None:
@@ -181,7 +187,36 @@ class RegionController(QObject):
             )
             self._messages.error(text)
             return
+        if self._view.regionTool.active:
+            self._view.regionTool.end()
+            return
         self._view.draw(Purpose.SENSOR_REGION)
+        if (source := self._open_sources.current) is not None and (grabber := source.grabber) is not None:
+            source.worker.submit(
+                lambda: sensor_region.place_of(grabber),
+                key="region",
+                done=lambda place: self._bridge.call(lambda: self._edit(source, *place)),
+            )
+
+    def _edit(self, source: OpenSource, region: Region, limits: RegionLimits) -> None:
+        """Show a region that is not the whole sensor with handles, until another one is drawn."""
+        drawing, frame = self._view.drawing, self._image.frame
+        idle = drawing.purpose is Purpose.SENSOR_REGION and not drawing.started
+        if source is self._open_sources.current and idle and region != limits.whole and frame is not None:
+            self._edited = region
+            self._view.editRegion(region, limits, self._image.settings.orientation)
+
+    def _on_view_painted(self) -> None:
+        """Let the handles follow the image, which shows another region some frames after it was chosen."""
+        frame, tool = self._image.frame, self._view.regionTool
+        if tool.active and frame is not None:
+            shown = Region(frame.offset_x, frame.offset_y, frame.width, frame.height)
+            if shown != self._edited:
+                self._edited = shown
+                tool.setFrame(shown, self._image.settings.orientation)
+
+    def _on_region_chosen(self, region: Region) -> None:
+        self._change(lambda grabber: sensor_region.apply_on_sensor(grabber, region))
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
         frame = self._image.frame
@@ -207,6 +242,10 @@ class RegionController(QObject):
         # The image has another size: the part that was zoomed into may be gone.
         source.features.run(
             job,
-            done=lambda _: self._bridge.call(self._view.canvas.fit),
+            done=lambda _: self._bridge.call(self._fit),
             failed=failed,
         )
+
+    def _fit(self) -> None:
+        if not self._view.regionTool.active:
+            self._view.canvas.fit()

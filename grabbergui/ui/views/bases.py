@@ -15,15 +15,18 @@ from typing import Protocol
 from PyQt5.QtCore import QByteArray, pyqtBoundSignal
 from PyQt5.QtWidgets import QAction
 
-from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.image.quantities import ColourScale, PolarisedView
+from grabbergui.models.image.region_edit import RegionLimits
 from grabbergui.models.messages import Offer, UserMessage
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
 from grabbergui.ui.widgets.pane_area import PaneArea
+from grabbergui.ui.widgets.region_tool import RegionTool
 
 NOTHING_BESIDE: Mapping[str, str] = MappingProxyType({})
 
@@ -108,6 +111,21 @@ class DrawableView(Protocol):
 
     def draw(self, purpose: Purpose) -> None:
         """Use the next drag of the mouse for this purpose, and show a hint."""
+
+
+class RegionImageView(DrawableView, Protocol):
+    """An image on which the camera's region can be drawn, moved and resized."""
+
+    @property
+    def regionTool(self) -> RegionTool:
+        """The tool that moves and resizes the region."""
+
+    @property
+    def painted(self) -> pyqtBoundSignal:
+        """An image has reached the screen."""
+
+    def editRegion(self, frame: Region, limits: RegionLimits, orientation: Orientation) -> None:
+        """Show the region with handles. `frame` is what the image shows, in pixels of the sensor."""
 
 
 class ReadoutImageView(DrawableView, LiveImageView, Protocol):

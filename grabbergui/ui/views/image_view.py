@@ -17,11 +17,13 @@ from PyQt5.QtGui import (
 )
 from PyQt5.QtWidgets import QCheckBox, QDialog, QFrame, QTabBar, QVBoxLayout, QWidget
 
-from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
+from grabbergui.models.image.orientation import Orientation
 from grabbergui.models.image.points import BACKGROUND
 from grabbergui.models.image.quantities import ColourScale
+from grabbergui.models.image.region_edit import RegionLimits
 from grabbergui.models.messages import Offer
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
@@ -34,6 +36,7 @@ from grabbergui.ui.widgets.image_items import as_qimage
 from grabbergui.ui.widgets.image_note import ImageNote
 from grabbergui.ui.widgets.labels import ShrinkingLabel
 from grabbergui.ui.widgets.pane_area import PaneArea
+from grabbergui.ui.widgets.region_tool import RegionTool
 from grabbergui.ui.widgets.scale_bar import SCALE_MARGIN, ScaleBar, place_scale
 from grabbergui.ui.widgets.task_stack import TaskStack
 
@@ -108,6 +111,10 @@ class ImageView(QWidget):
         self.drawing = DrawingTool(self.canvas)
         """Draws regions and lines with the mouse."""
         self.drawing.ended.connect(self._show_hint)
+        self.regionTool = RegionTool(self.canvas)
+        """Moves and resizes the camera's region."""
+        self.regionTool.ended.connect(self.drawing.cancel)
+        self.drawing.ended.connect(self.regionTool.end)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.canvas.cursorMoved.connect(self.cursorMoved)
         self.canvas.cursorLeft.connect(self.cursorLeft)
@@ -212,6 +219,14 @@ class ImageView(QWidget):
         """Use the next drag of the mouse for this purpose, and show a hint."""
         self._show_hint(*self._hints(purpose))
         self.drawing.begin(purpose)
+
+    def editRegion(self, frame: Region, limits: RegionLimits, orientation: Orientation) -> None:
+        """Show the camera's region with handles, and a hint. `frame` is the part of the sensor in view."""
+        self._show_hint(
+            self.tr("Draw a region, or drag the handles of this one; Esc ends."),
+            self.tr("Draw, or drag handles; Esc ends."),
+        )
+        self.regionTool.begin(frame, limits, orientation)
 
     def _show_hint(self, text: str = "", shorter: str = "") -> None:
         """Show a hint, or none."""

@@ -51,6 +51,11 @@ class DrawingTool(QObject):
         """The shape in progress."""
         return self._purpose
 
+    @property
+    def started(self) -> bool:
+        """Whether the drag has begun."""
+        return self._start is not None
+
     def begin(self, purpose: Purpose) -> None:
         """Draw a shape for this purpose with the next drag of the mouse."""
         self._purpose, self._start = purpose, None

@@ -205,6 +205,10 @@ class ImageCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no 
         width, height = self._item.frame_size
         return QPointF(min(max(point.x(), 0.0), width), min(max(point.y(), 0.0), height))
 
+    def viewToImage(self, position: QPointF) -> QPointF:
+        """Return the point at a place in this widget in the image's pixels, also beside the image."""
+        return QPointF(self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint()))))
+
     @property
     def imageSize(self) -> tuple[int, int]:
         """Width and height of the whole image in its own pixels."""

@@ -105,10 +105,20 @@ class Mark(Enum):
 
 
 def size_text(chosen: QRectF) -> str:
-    """Return width and height of the pixels that a box touches."""
-    width = math.ceil(chosen.right()) - math.floor(chosen.left())
-    height = math.ceil(chosen.bottom()) - math.floor(chosen.top())
-    return f"{width} × {height}"
+    """Return place and size of the pixels that a box touches: `120, 40   320 × 240`."""
+    left, top = math.floor(chosen.left()), math.floor(chosen.top())
+    return f"{left}, {top}   {math.ceil(chosen.right()) - left} × {math.ceil(chosen.bottom()) - top}"
+
+
+def write_plate(painter: QPainter, corner: QPointF, text: str) -> None:
+    """Write a text on a dark plate, in the pixels and the text size of the screen."""
+    plate = QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-6, -3, 6, 3)
+    plate.moveTopLeft(corner)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(0, 0, 0, 170))
+    painter.drawRoundedRect(plate, 4, 4)
+    painter.setPen(QColor(Mark.DRAFT.value))
+    painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
 
 
 class ImageMarks(ImageOverlay):
@@ -164,18 +174,12 @@ class ImageMarks(ImageOverlay):
         painter.fillPath(around, _SHADE)  # odd and even: the inner one is left out
 
     def _write_size(self, painter: QPainter, chosen: QRectF) -> None:
-        """Write the region's size in pixels of the image, in the size of the window's text."""
+        """Write the region's place and size in pixels of the image."""
         text = size_text(chosen.intersected(self.boundingRect()))
         on_screen = painter.transform().mapRect(chosen)
         to_screen = painter.transform()
         painter.resetTransform()
-        plate = QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-6, -3, 6, 3)
-        plate.moveTopLeft(on_screen.topLeft() + QPointF(6, 6))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(0, 0, 0, 170))
-        painter.drawRoundedRect(plate, 4, 4)
-        painter.setPen(QColor(Mark.DRAFT.value))
-        painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+        write_plate(painter, on_screen.topLeft() + QPointF(6, 6), text)
         painter.setTransform(to_screen)
 
     def _draw(self, painter: QPainter, colour: QColor, shapes: list[QRectF | QLineF]) -> None:

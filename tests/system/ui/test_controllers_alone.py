@@ -22,6 +22,7 @@ from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.recording_bars import PauseBar
 from grabbergui.ui.widgets.drawing_tool import DrawingTool
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
+from grabbergui.ui.widgets.region_tool import RegionTool
 
 PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
 
@@ -86,6 +87,8 @@ class Undrawn:
         self.canvas = ImageCanvas()
         qtbot.addWidget(self.canvas)
         self.drawing = DrawingTool(self.canvas)
+        self.regionTool = RegionTool(self.canvas)
+        self.painted = self.canvas.painted
 
     def draw(self, purpose):
         self.purposes.append(purpose)

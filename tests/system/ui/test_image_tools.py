@@ -255,7 +255,7 @@ def test_while_a_region_is_drawn_all_else_steps_back(app):
 
 
 def test_the_reported_size_counts_every_touched_pixel():
-    assert size_text(QRectF(10.2, 20.0, 5.0, 3.0)) == "6 × 3"
+    assert size_text(QRectF(10.2, 20.0, 5.0, 3.0)) == "10, 20   6 × 3"
 
 
 def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(app):
