@@ -200,10 +200,6 @@ class SetMatcher(ABC, Generic[T]):
             finished.append(self._open.pop(0))
         return self._delivered(finished)
 
-    def next_deadline_ns(self) -> int | None:
-        """Return when `advance` is to be called at the latest; None while no set waits."""
-        return self._open[0].arrived_ns + self.times.wait_ns if self._open else None
-
     def flush(self) -> list[FrameSet[T]]:
         """Give up all sets that wait, as at the end of the stream."""
         finished, self._open = self._open, []

@@ -101,11 +101,6 @@ class Allotment:
     frame_time: float = 0.0
     "Seconds from the first packet of a frame to the last."
 
-    @property
-    def highest_rate(self) -> float:
-        """Frames per second that fit into the share."""
-        return self.share / self.load.frame_on_wire if self.load.frame_on_wire else math.inf
-
 
 @dataclass(frozen=True)
 class LinkBudget:
