@@ -2,71 +2,35 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from grabbergui.core.component import Component, PayloadType
-from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.driver.device import FrameCounter, StreamRequest, deliver_or_log
+from grabbergui.core.frame import Frame
+from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.h264 import H264Stream
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.sim.chunks import CHUNK_FEATURE
 from grabbergui.driver.sim.contents import FILE_NAME, pieces
 from grabbergui.driver.sim.model import CameraModel, FramePlan
+from grabbergui.driver.sim.planned_stream import PlannedStream
 
-_POLL_S = 0.1
 
-
-class SimulatedStream:
-    """Renders frames straight into the pool's buffers on its own thread, from construction until `close`."""
+class SimulatedStream(PlannedStream):
+    """Makes frames of any payload type."""
 
     def __init__(self, model: CameraModel, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         self._model = model
-        self._deliver = deliver
-        self._pool = BufferPool(max(request.payload_size, 1))
-        self._counter = FrameCounter()
         self._reader = PayloadReader()
         self._decoder = H264Stream()
-        self._stopping = False
         model.prepare()
-        self._thread = threading.Thread(target=self._run, name="simulated camera", daemon=True)
-        self._thread.start()
+        super().__init__(model, request.payload_size, deliver)
 
-    def close(self) -> None:
-        """Stop. Nothing is delivered after return."""
-        self._stopping = True
-        self._model.wake()
-        self._thread.join()
-
-    def statistics(self) -> StreamStatistics:
-        """Return a snapshot of the counters. Any thread."""
-        return self._counter.statistics()
-
-    def _run(self) -> None:
-        while not self._stopping:
-            plan = self._model.next_frame(_POLL_S)
-            if plan is None:
-                continue
-            if plan.payload_bytes > self._pool.size:
-                # The stream was opened for smaller frames, as if packets beyond the buffer were dropped.
-                self._counter.counts.incomplete += 1
-                continue
-            buffer = self._pool.take()
-            if buffer is None:
-                self._counter.counts.underruns += 1
-                continue
-            used = self._model.render(plan, buffer)
-            self._counter.note_complete(used)
-            frame = self._frame(plan, buffer[:used])
-            del buffer
-            deliver_or_log(self._deliver, frame)
-            del frame  # else its buffer would be in use until the next one is made
-
+    @override
     def _frame(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Frame:
         settings = plan.settings
         frame = Frame(

@@ -6,28 +6,28 @@ original; `?answer_times=0` answers at once.
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from grabbergui.core.component import PayloadType
 from grabbergui.core.environment import expanded, find_file
 from grabbergui.core.errors import DeviceLostError, LocalProtocolError, TransportError, UsageError
-from grabbergui.core.frame import BufferPool, Frame
-from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri, TwinOptions, read_options
-from grabbergui.driver.device import Device, FrameCounter, StreamRequest, check_payload_size, deliver_or_log
+from grabbergui.driver.device import Device, StreamRequest, check_payload_size
+from grabbergui.driver.sim.model import FramePlan
+from grabbergui.driver.sim.planned_stream import PlannedStream
 from grabbergui.driver.twin import report_file
 from grabbergui.driver.twin.model import LARGEST_FRAME, TwinModel
 from grabbergui.driver.twin.report_file import CameraReport
-
-_POLL_S = 0.1
 
 
 class TwinDevice(Device):
@@ -93,57 +93,26 @@ class TwinDevice(Device):
         return self._model
 
 
-class TwinStream:
-    """Delivers frames on a thread of its own, from construction until `close`."""
+class TwinStream(PlannedStream):
+    """Makes images, or raw data where the report knows no size."""
 
     def __init__(self, model: TwinModel, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        self._model = model
-        self._deliver = deliver
-        self._pool = BufferPool(min(max(request.payload_size, 1), LARGEST_FRAME))
-        self._counter = FrameCounter()
-        self._stopping = False
-        self._thread = threading.Thread(target=self._run, name="twin camera", daemon=True)
-        self._thread.start()
+        super().__init__(model, min(request.payload_size, LARGEST_FRAME), deliver)
 
-    def close(self) -> None:
-        """Stop. Nothing is delivered after return."""
-        self._stopping = True
-        self._model.wake()
-        self._thread.join()
-
-    def statistics(self) -> StreamStatistics:
-        """Return a snapshot of the counters. Any thread."""
-        return self._counter.statistics()
-
-    def _run(self) -> None:
-        while not self._stopping:
-            plan = self._model.next_frame(_POLL_S)
-            if plan is None:
-                continue
-            if plan.payload_bytes > self._pool.size:
-                self._counter.counts.incomplete += 1
-                continue
-            buffer = self._pool.take()
-            if buffer is None:
-                self._counter.counts.underruns += 1
-                continue
-            used = self._model.render(plan, buffer)
-            settings = plan.settings
-            frame = Frame(
-                payload=buffer[:used],
-                width=settings.width,
-                height=settings.height,
-                pixel_format=settings.pixel_format,
-                frame_id=plan.frame_id,
-                timestamp_ns=plan.timestamp_ns,
-                received_ns=time.time_ns(),
-                payload_type=PayloadType.IMAGE if settings.width else PayloadType.RAW_DATA,
-            )
-            del buffer
-            self._counter.note_id(plan.frame_id)
-            self._counter.note_complete(used)
-            deliver_or_log(self._deliver, frame)
-            del frame  # else its buffer would be in use until the next one is made
+    @override
+    def _frame(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Frame:
+        settings = plan.settings
+        self._counter.note_id(plan.frame_id)
+        return Frame(
+            payload=payload,
+            width=settings.width,
+            height=settings.height,
+            pixel_format=settings.pixel_format,
+            frame_id=plan.frame_id,
+            timestamp_ns=plan.timestamp_ns,
+            received_ns=time.time_ns(),
+            payload_type=PayloadType.IMAGE if settings.width else PayloadType.RAW_DATA,
+        )
 
 
 def create(uri: SourceUri) -> FrameGrabber:
