@@ -17,7 +17,6 @@ from PyQt5.QtWidgets import (
     QAction,
     QLabel,
     QMessageBox,
-    QTextBrowser,
     QToolTip,
     QTreeWidgetItem,
     QWhatsThis,
@@ -110,11 +109,6 @@ def set_rich(label: QLabel, text: Markup) -> None:
     """Show rich text in a label."""
     label.setTextFormat(Qt.TextFormat.RichText)
     label.setText(text)
-
-
-def add_paragraph(browser: QTextBrowser, text: Markup) -> None:
-    """Add a paragraph of rich text below the others."""
-    browser.append(markup("<p>{0}</p>", text))
 
 
 def question_box(parent: QWidget, text: str, detail: str) -> QMessageBox:
