@@ -289,7 +289,9 @@ class RigGrabber(FrameGrabber):
         delivered = entry.missing != "drop"
         match = entry.match
         if match == "auto":
-            match = "action" if entry.trigger.by == "action" else "time"
+            # Times of arrival are those of the exposures plus a delay that nobody knows.
+            scheduled = entry.trigger.by == "action" and entry.clock != "host"
+            match = "action" if scheduled else "time"
         if match == "action":
             return MatchByAction(names, times, deliver_incomplete=delivered)
         if match == "counter":

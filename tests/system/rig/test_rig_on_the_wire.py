@@ -95,6 +95,16 @@ def test_actions_are_scheduled_by_ptp(cameras):
         rig.close()
 
 
+def test_actions_make_sets_by_times_of_arrival_too(cameras):
+    rig = opened(cameras, clock="host", tolerance=0.0025, trigger=TriggerEntry("action", 10))
+    try:
+        queue = rig.open_queue(32)
+        rig.start()
+        until(lambda: not queue.get(PATIENCE).images.missing, "a whole set")
+    finally:
+        rig.close()
+
+
 @pytest.mark.parametrize("wire", ["127.0.0.1=127.0.0.2", "127.0.0.1.Line2=x.Line1"])
 def test_a_wire_that_is_none_is_refused(wire, capsys):
     assert main(["simulate", "--gige", "--wire", wire]) == 2
