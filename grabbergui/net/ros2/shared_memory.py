@@ -141,7 +141,7 @@ def leftovers(folder: Path, *, youngest: float = YOUNGEST, own: bool = False) ->
 
 def clear(found: Sequence[Leftover]) -> list[Leftover]:
     """Remove the segments that still have no owner; return those removed. Raises AccessDeniedError."""
-    mapped = _mapped()
+    mapped = _mapped() if found else frozenset()  # it takes a while
     removed = []
     for leftover in found:
         with ExitStack() as stack, suppress(FileNotFoundError):
@@ -203,10 +203,10 @@ def _mappings(maps: Path) -> Iterator[tuple[Path, _Identity]]:
         return
     with suppress(OSError):  # another user's, or it has ended
         for line in maps.read_text(errors="replace").splitlines():
-            _, _, _, device, inode, *path = line.split(maxsplit=5)
-            if path and "fastdds_" in path[0]:
+            if "fastdds_" in line:
+                _, _, _, device, inode, path = line.split(maxsplit=5)
                 major, minor = (int(part, 16) for part in device.split(":"))
-                yield Path(path[0]), (os.makedev(major, minor), int(inode))
+                yield Path(path), (os.makedev(major, minor), int(inode))
 
 
 def _identity(state: os.stat_result) -> _Identity:

@@ -13,7 +13,7 @@ import pytest
 from grabbergui.cli import command_line
 from grabbergui.core.errors import UsageError
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/*.md")])
 BLOCK = re.compile(r"```(?:sh|bash|console)\n(.*?)```", re.DOTALL)
 STARTERS = {"sudo", "exec", "time", "xvfb-run", "-a"}
