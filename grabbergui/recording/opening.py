@@ -20,6 +20,8 @@ def open_recording(path: Path, *, topic: str = "") -> RecordingReader:
     """
     try:
         return _opened(path, topic)
+    except GrabberError:
+        raise  # a missing file is an OSError, too
     except OSError as error:
         raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
 
