@@ -24,6 +24,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.visible_text import print_json, print_line
 from grabbergui.recording.kinds import CODECS, RecordingKind, kind_of
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress, create_recorder
+from grabbergui.recording.thinning import Thinning
 
 if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
@@ -51,6 +52,10 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after this many frames")
     parser.add_argument("-t", "--seconds", type=wait_time, metavar="S", help="end after this many seconds")
     parser.add_argument("--size", type=positive, metavar="MB", help="end after this many megabytes")
+    parser.add_argument("--every", type=count, default=1, metavar="N", help="only every N-th frame")
+    parser.add_argument(
+        "--interval", type=positive, default=0.0, metavar="S", help="time-lapse: a frame every S seconds"
+    )
     parser.add_argument("--lossless", action="store_true", help="lossless movie, larger: H.264 or FFV1")
     parser.add_argument(
         "--codec",
@@ -97,10 +102,11 @@ def _record(options: argparse.Namespace) -> int:
     )
     size = None if options.size is None else options.size * 1e6
     limits = RecordingLimits(options.frames, options.seconds, size)
+    thinning = Thinning(options.every, options.interval)
     with awaited_source(options) as source, stop_on_signals() as stop:
         grabber = source.grabber
         calibration = _calibration(grabber, kind, options)
-        recorder = create_recorder(grabber, options.out, kind, limits, calibration)
+        recorder = create_recorder(grabber, options.out, kind, limits, calibration, thinning)
         recorder.start()
         failure: GrabberError | None = None
         try:

@@ -19,6 +19,7 @@ from grabbergui.models.open_sources import OpenSources
 from grabbergui.recording.errors import DiskFullError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
+from grabbergui.recording.thinning import ALL_FRAMES, Thinning
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,14 @@ class Recordings:
             recorder = self._recorders.get(source) if source is not None else None
         return SourceRecording(recorder.writer.path, recorder.progress) if recorder is not None else None
 
-    def begin(self, source: OpenSource, folder: Path, kind: RecordingKind, limits: RecordingLimits) -> None:
+    def begin(
+        self,
+        source: OpenSource,
+        folder: Path,
+        kind: RecordingKind,
+        limits: RecordingLimits,
+        thinning: Thinning = ALL_FRAMES,
+    ) -> None:
         """Record a source to a file named after the camera and the time, unless it is being recorded."""
         grabber = source.grabber
         with self._lock:
@@ -82,7 +90,7 @@ class Recordings:
 
         def job() -> Recorder:
             path = self._new_path(folder, grabber, kind)
-            return create_recorder(grabber, path, kind, limits)
+            return create_recorder(grabber, path, kind, limits, thinning=thinning)
 
         def failed(error: GrabberError) -> None:
             with self._lock:

@@ -34,6 +34,7 @@ from grabbergui.core.scan3d import read_scan3d
 from grabbergui.recording.errors import DiskFullError, RecordingError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.opening import playable_frames
+from grabbergui.recording.thinning import ALL_FRAMES, ThinnedFrames, Thinning
 from grabbergui.recording.writer import CalibrationOf, RecordingWriter
 
 log = logging.getLogger(__name__)
@@ -117,7 +118,7 @@ class RecordingProgress:
 
 
 class Recorder:
-    """Writes every frame of a source from `start` on. Any thread; its own thread emits the signal."""
+    """Writes all or some frames of a source from `start` on. Any thread; its own emits the signal."""
 
     changed = Signal(RecordingProgress)
     """The progress, a few times a second and once at the end."""
@@ -129,10 +130,12 @@ class Recorder:
         limits: RecordingLimits = UNLIMITED,
         *,
         reserve: int = RESERVE_BYTES,
+        thinning: Thinning = ALL_FRAMES,
     ) -> None:
         self.writer = writer
         self._limits = limits
         self._reserve = reserve
+        self._thinned = ThinnedFrames(thinning)
         self._queue: FrameQueue = source.open_queue(QUEUE_DEPTH)
         self._progress = RecordingProgress()
         self._first = 0.0
@@ -185,7 +188,7 @@ class Recorder:
                 frame = None
             if self._beyond_limit(frame.captured if frame is not None else time.monotonic() - ON_ITS_WAY):
                 return
-            if frame is not None:
+            if frame is not None and self._thinned.take(frame.captured):
                 self._check_room(frame)
                 self.writer.write(frame)
                 self._count(frame)
@@ -317,15 +320,17 @@ def create_recorder(
     kind: RecordingKind,
     limits: RecordingLimits = UNLIMITED,
     calibration: CalibrationOf | None = None,
+    thinning: Thinning = ALL_FRAMES,
 ) -> Recorder:
-    """Return a recorder of a grabber's next frames, not yet started.
+    """Return a recorder of a grabber's next frames, or of some of them, not yet started.
 
     `calibration` is by default that which the source reports. Raises as `create_writer`.
     """
     scan = read_scan3d(grabber)
-    rate = frame_rate(grabber)
+    rate = thinning.rate(frame_rate(grabber))
     of = calibration or partial(_reported_calibration, grabber)
-    return Recorder(grabber, create_writer(kind, path, grabber.info, rate, scan, of), limits)
+    writer = create_writer(kind, path, grabber.info, rate, scan, of)
+    return Recorder(grabber, writer, limits, thinning=thinning)
 
 
 def _reported_calibration(grabber: FrameGrabber, frame: Frame) -> FrameCalibration | None:

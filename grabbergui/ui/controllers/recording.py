@@ -19,6 +19,7 @@ from grabbergui.models.unavailable import why_unavailable
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.frames_to_record import FramesToRecordController
 from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
 from grabbergui.ui.shown_text import question_box
@@ -41,12 +42,14 @@ class RecordingController(QObject):
         bar: RecordingBar,
         context: SourceContext,
         recordings: Recordings,
+        frames: FramesToRecordController,
     ) -> None:
         super().__init__(bar)
         self._files = context.files
         self._action, self._bar = action, bar
         self._open_sources = context.open_sources
         self._recordings = recordings
+        self._frames = frames
         self._preferences = context.preferences
         self.question: QMessageBox | None = None
         """The question whether to close a source that is being recorded, while it is open."""
@@ -63,7 +66,8 @@ class RecordingController(QObject):
     def record(self, kind: RecordingKind, limits: RecordingLimits) -> None:
         """Begin to record the current source."""
         if (source := self._open_sources.current) is not None:
-            self._recordings.begin(source, self._preferences.snapshot_folder, kind, limits)
+            folder = self._preferences.snapshot_folder
+            self._recordings.begin(source, folder, kind, limits, self._frames.thinning)
 
     def stop(self) -> None:
         """End the recording of the current source; its file is finished in the background."""

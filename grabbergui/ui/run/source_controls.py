@@ -16,6 +16,7 @@ from grabbergui.models.triggers import Triggers
 from grabbergui.rig.ui.controller import NewRigController, RigController
 from grabbergui.terminal import remote_terminal
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.controllers.frames_to_record import FramesToRecordController
 from grabbergui.ui.controllers.gallery import GalleryController
 from grabbergui.ui.controllers.ip_address import IpAddressController
 from grabbergui.ui.controllers.recording import RecordingController
@@ -47,8 +48,9 @@ class SourceControls:
         self.status.recorded = self.recordings.runs
         self.share_chip = ShareChip(window)
         window.statusbar.addPermanentWidget(self.share_chip)
+        self.frames_to_record = FramesToRecordController(window.menuFramesToRecord, window.recordingBar)
         self.recording = RecordingController(
-            window.actionRecord, window.recordingBar, context, self.recordings
+            window.actionRecord, window.recordingBar, context, self.recordings, self.frames_to_record
         )
         self.sharer = SharingController(window.actionShare, self.share_chip, context, self.sharing)
         tasks = window.image.tasks

@@ -104,6 +104,7 @@ class MainWindow(QMainWindow):
     menuView: QMenu
     menuColours: QMenu
     menuSnapshotKind: QMenu
+    menuFramesToRecord: QMenu
     menuPolarised: QMenu
     menuPanes: QMenu
     menuOrientation: QMenu

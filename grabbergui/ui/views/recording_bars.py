@@ -89,6 +89,7 @@ class RecordingBar(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("recording_bar", self)
+        self._thinning = ""
         for kind in _OFFERED:
             self.kindBox.addItem(self._kind_text(kind), kind)
         self._amounts = [None if limit is None else limit.usual for limit in _LIMITS]
@@ -123,7 +124,7 @@ class RecordingBar(QWidget):
     def setRecording(self, recording: bool) -> None:
         """Show whether a recording runs."""
         self.recordButton.setChecked(recording)
-        self.recordButton.setText(self.tr("Stop recording") if recording else self.tr("Record"))
+        self._show_button()
         # A running recording cannot be changed, and its progress needs the space.
         for choice in (self.kindBox, self.limitBox):
             choice.setVisible(not recording)
@@ -131,6 +132,18 @@ class RecordingBar(QWidget):
         self._arrange()
         self.playButton.setVisible(False)
         self.progressLabel.clear()
+
+    def setThinning(self, text: str) -> None:
+        """Show which frames the next recording has: `1/10`, `5 s`; empty for all."""
+        self._thinning = text
+        self._show_button()
+        self._arrange()
+
+    def _show_button(self) -> None:
+        if self.recordButton.isChecked():
+            self.recordButton.setText(self.tr("Stop recording"))
+        else:
+            self.recordButton.setText(" · ".join(filter(None, (self.tr("Record"), self._thinning))))
 
     def setProgress(self, progress: RecordingProgress) -> None:
         """Show length, size, lost frames and free space."""

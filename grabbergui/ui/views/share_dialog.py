@@ -32,6 +32,8 @@ from grabbergui.ui.shown_text import set_cell_tooltip, set_tooltip
 from grabbergui.ui.widgets.columns import size_columns
 from grabbergui.ui.widgets.labels import ElidedLabel
 
+MOST_TITLE = 60
+"Characters of the camera's name."
 MOST_PROBLEM = 160
 "Characters of a problem that are shown; its tooltip has all of them."
 
@@ -137,7 +139,7 @@ class ShareDialog(QDialog):
     stopRequested = pyqtSignal(object)
     remedyRequested = pyqtSignal(object)
 
-    introLabel: ElidedLabel
+    introLabel: QLabel
     readOnlyBox: QCheckBox
     yarpBox: ShareNetworkBox
     ros2Box: ShareNetworkBox
@@ -164,7 +166,9 @@ class ShareDialog(QDialog):
 
     def setCamera(self, title: str) -> None:
         """Name the camera that is shared; empty if none is open."""
-        text = self.tr("{0}: others see its image and settings while this window is open.").format(title)
+        text = self.tr("{0}: others see its image and settings while this window is open.").format(
+            shortened(title, MOST_TITLE)
+        )
         self.introLabel.setText(text if title else self.tr("No camera is open."))
         for widget in (self.readOnlyBox, *self._boxes.values()):
             widget.setEnabled(bool(title))
