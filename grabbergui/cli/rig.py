@@ -368,11 +368,11 @@ def _record(options: argparse.Namespace) -> int:
         buffer = _pre_trigger(rig, options, stack) if options.on else None
         # With --before, `-t` limits the wait as well: nothing of --on need ever happen.
         limits = RecordingLimits(options.sets, None if buffer is not None else options.seconds, size)
-        end = time.monotonic() + (options.seconds or math.inf) if buffer is not None else math.inf
         recorder = begin(rig, options.out, limits, source=buffer, segment=options.segment)
         recorder.start()
         try:
             rig.start()
+            end = time.monotonic() + (options.seconds or math.inf) if buffer is not None else math.inf
             with progress_note() as show:
                 while not recorder.wait(0.1) and not stop.is_set() and time.monotonic() < end:
                     show(lambda: _so_far(recorder.progress, buffer))
