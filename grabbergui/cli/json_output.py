@@ -31,7 +31,7 @@ JSON_OUTPUT: dict[str, JsonOutput] = {
             "version": "its version",
             "hardware_id": "MAC address or GUID",
             "interface": "the network interface or bus on which it was found",
-            "note": "why it cannot be opened; empty if it can",
+            "note": "why it cannot be opened, or which program controls it; empty if it can be",
         },
     ),
     "doctor": JsonOutput(

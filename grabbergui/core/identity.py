@@ -43,7 +43,7 @@ class DeviceInfo:
     interface: str = ""
     "The host's network interface or bus on which it was found."
     note: str = ""
-    "Why it cannot be opened, as display text; empty if it can."
+    "Why it cannot be opened, or which program controls it, as display text; empty if it can be."
 
     @property
     def title(self) -> str:

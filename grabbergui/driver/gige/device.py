@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import ipaddress
 import logging
+import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import replace
 
 from grabbergui.core.errors import (
@@ -67,6 +68,8 @@ from grabbergui.driver.gige.stream.resend import ResendPolicy
 log = logging.getLogger(__name__)
 
 
+ASK_CONTROLLERS = 0.4
+"Seconds after which a search asks no further camera who controls it."
 USUAL_HEARTBEAT_MS = 3000
 "Timeout of a camera that does not report it."
 MOST_CHANNELS = 512
@@ -462,7 +465,25 @@ def _checked_group(uri: SourceUri, group: str) -> str:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Return every camera that answers within `timeout` seconds, each with a unique URI."""
+    """Return every camera that answers within `timeout` seconds, each with a unique URI.
+
+    The note of one that another program controls names that program. Asking for it takes `ASK_CONTROLLERS`
+    seconds more at most.
+    """
     found = discovery.discover(timeout)
     names = distinct_names(device.names for device in found)
-    return [device.info(name) for device, name in zip(found, names, strict=True)]
+    infos = [device.info(name) for device, name in zip(found, names, strict=True)]
+    end = time.monotonic() + ASK_CONTROLLERS
+    for index, device in enumerate(found):
+        if device.reachable and time.monotonic() < end and (user := _user_of(device)):
+            infos[index] = replace(infos[index], note=f"in use by {user}")
+    return infos
+
+
+def _user_of(device: FoundDevice) -> str:
+    try:
+        with closing(ControlLink(device.ip, timing=privilege.BRIEF, interface=_interface_to(device))) as link:
+            return privilege.user_of(link)
+    except GrabberError as error:
+        log.debug("%s does not say who controls it: %s", device.ip, error)
+        return ""

@@ -13,6 +13,7 @@ import os
 import socket
 import time
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import psutil
@@ -46,6 +47,8 @@ BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
 HELD = ControlPrivilege.CONTROL | ControlPrivilege.EXCLUSIVE
 LONGEST_WAIT = 5.0
 "Longest wait in seconds for a camera to release an ended controller. The usual heartbeat timeout is 3 s."
+KEEP_CONTROLLER = 20.0
+"Seconds for which the name of a program in control is kept."
 LOOK_AGAIN = 0.05
 "Seconds between two checks whether control is free."
 
@@ -158,16 +161,49 @@ class _Controller(NamedTuple):
         return f"{self.address} ({self.name}, PID {self.process})" if self.process else self.address
 
 
+def user_of(link: ControlLink) -> str:
+    """Return who controls a camera, read without taking control; empty if nobody does, or this program.
+
+    Raises AckTimeoutError, TransportError, ProtocolError.
+    """
+    try:
+        if not link.read_register(BootstrapRegister.CCP) & HELD:
+            return ""
+    except DeviceStatusError:
+        return "another program"  # with exclusive access
+    place = _controller_place(link)
+    if place is None:
+        return "another program"
+    # To look through the processes of this machine is too costly for every search.
+    holder = _kept_controller(*place, int(time.monotonic() // KEEP_CONTROLLER))
+    if holder.process == os.getpid():
+        return ""
+    return f"{holder.name}, PID {holder.process}" if holder.process else f"a program at {holder.address}"
+
+
 def _controller(link: ControlLink) -> _Controller | None:
     """Return the application in control; None if the camera does not report it."""
+    place = _controller_place(link)
+    return _controller_at(*place) if place is not None else None
+
+
+def _controller_place(link: ControlLink) -> tuple[str, int] | None:
+    """Return address and port of the application in control; None if the camera does not report them."""
     try:
         number = link.read_register(BootstrapRegister.PRIMARY_APPLICATION_IP)
         port = link.read_register(BootstrapRegister.PRIMARY_APPLICATION_PORT) & PORT_MASK
     except GrabberError:
         return None  # only a detail of a message
-    if not number:
-        return None
-    address = ip_text(number)
+    return (ip_text(number), port) if number else None
+
+
+@lru_cache(maxsize=64)
+def _kept_controller(address: str, port: int, period: int) -> _Controller:
+    """Return the same application for the whole `period`, a number."""
+    return _controller_at(address, port)
+
+
+def _controller_at(address: str, port: int) -> _Controller:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.bind((address, port))

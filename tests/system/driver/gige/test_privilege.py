@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 
 import pytest
 
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.core.grabber import Access
-from grabbergui.driver.gige import privilege
+from grabbergui.core.identity import DeviceInfo
+from grabbergui.driver.gige import discovery, privilege
 from grabbergui.driver.gige.bootstrap import BootstrapRegister, ControlPrivilege
 from grabbergui.driver.gige.control_link import ControlLink
-from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.device import GigeDevice, discover
 from grabbergui.driver.gige.gvcp import WriteReg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -100,6 +102,41 @@ def test_a_holder_that_the_camera_does_not_report_is_another_application(simulat
         simulated.control.memory.set(gev.PRIMARY_IP, 0)
         with pytest.raises(AccessDeniedError, match="another application controls"):
             device.open(Access.CONTROL)
+
+
+@pytest.fixture
+def found(simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch) -> Callable[[], DeviceInfo]:
+    """Searches for the camera, and for no other."""
+    privilege._kept_controller.cache_clear()
+    monkeypatch.setattr(discovery, "discover", lambda timeout: [discovery.ask(ADDRESS, timeout)])
+    return lambda: discover(2.0)[0]
+
+
+def test_a_search_names_the_program_that_controls_a_camera(
+    found: Callable[[], DeviceInfo], holder: subprocess.Popen[str]
+) -> None:
+    """That a camera was in use was known only once connecting had failed."""
+    pattern = rf"in use by .+, PID {holder.pid}"
+    assert re.fullmatch(pattern, found().note)
+
+
+def test_a_search_names_a_controller_on_another_computer_by_its_address(
+    found: Callable[[], DeviceInfo], simulated: GigeCamera, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with closing(ControlLink(ADDRESS)) as link:
+        link.execute(TAKE)
+        monkeypatch.setattr(privilege, "ip_text", lambda _: "192.0.2.7")
+        assert found().note == "in use by a program at 192.0.2.7"
+        link.execute(WriteReg(((BootstrapRegister.CCP, ControlPrivilege.EXCLUSIVE),)))
+        assert found().note == "in use by another program"
+
+
+def test_a_camera_of_this_program_is_not_in_use_by_another(
+    found: Callable[[], DeviceInfo], simulated: GigeCamera
+) -> None:
+    with closing(GigeDevice(ADDRESS)) as device:
+        device.open(Access.CONTROL)
+        assert not found().note
 
 
 def test_a_camera_that_this_program_controls_is_refused(simulated: GigeCamera) -> None:
