@@ -23,7 +23,7 @@ from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.servo.config import Config
 from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.guardian_link import ALLOWED, Guard, LocalGuard, Verdict
-from grabbergui.servo.motion import DRIVES_S, STOPPING_S, MotionPlan, Observer, Space, limits_of, planned
+from grabbergui.servo.motion import STOPPING_S, MotionPlan, Observer, Space, limits_of, planned
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
 log = logging.getLogger(__name__)
@@ -89,8 +89,6 @@ class CommandGate:
         self._dry_run = dry_run
         self._guard = guard or LocalGuard(config.safety.lag)
         self._lock = threading.RLock()
-        self._joints = np.zeros_like(robot.model.arm.low)
-        "The velocities of the arm's joints by now, rad/s, with the drives' delay."
         self._observer, self._observing = Observer(robot.model.arm), threading.Lock()
         self.tune(config)
         self._last_word = -math.inf
@@ -344,8 +342,6 @@ class CommandGate:
             self.refused += 1
             if not before:
                 log.warning("the hand is held back: %s", plan.reason)
-        elapsed = min(max(now - self._last_word, 0.0), STOPPING_S)
-        self._joints = self._joints + (plan.joints - self._joints) * (1 - math.exp(-elapsed / DRIVES_S))
         return replace(command, head=head, head_step=step, hand=plan.twist), plan.joints
 
     def _planned(self, hand: Vector, state: RobotState | None, now: float) -> MotionPlan:
@@ -357,7 +353,7 @@ class CommandGate:
             return self._still("the robot does not report the angles of its arm")
         age = min(max(now - state.time, 0.0), STOPPING_S)
         arm = self._robot.model.arm
-        return planned(arm, self._space, self._limits, state.arm, hand, age, self._joints)
+        return planned(arm, self._space, self._limits, state.arm, hand, age)
 
     def _still(self, reason: str = "") -> MotionPlan:
         return MotionPlan(np.zeros(6), np.zeros_like(self._robot.model.arm.low), reason)

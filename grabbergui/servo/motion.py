@@ -121,12 +121,10 @@ def planned(
     angles: Vector,
     wanted: Vector,
     age: float,
-    before: Vector,
 ) -> MotionPlan:
     """Return the motion nearest to a twist that stays within all limits until it can have been stopped.
 
-    `angles` are the arm's joints as they were read `age` seconds ago; `before` are the velocities that
-    they have by now.
+    `angles` are the arm's joints as they were read `age` seconds ago.
     """
     here = arm.clamped(angles)
     here = np.where(here < arm.low + AT_LIMIT, arm.low, np.where(here > arm.high - AT_LIMIT, arm.high, here))
@@ -143,7 +141,6 @@ def planned(
     excess = max(
         1.0, speed / limits.speed, turn / limits.turn, arm.excess(joints), min(braking, SLOW_AT_LIMIT)
     )
-    excess *= max(1.0, float(np.linalg.norm((jacobian @ before)[:3])) / limits.speed)
     # Drives are late: these joint speeds will move the hand from another pose, where it may be faster.
     soon = arm.jacobian(arm.clamped(here + joints * (DRIVES_S / excess))) @ joints / excess
     speed, turn = float(np.linalg.norm(soon[:3])), float(np.linalg.norm(soon[3:]))
