@@ -19,7 +19,7 @@ from limited_arm import FAULTS, WORKSPACES, tried
 EXAMPLES = int(os.environ.get("GRABBERGUI_EXAMPLES", "7"))
 SPEED, TOLERANCE = 0.12, 1.05
 STOPPED = {
-    "second-master": (0.25, 0.050),
+    "second-master": (0.25, 0.040),
     "hand-jumps": (0.04, 0.010),
     "hand-far": (0.04, 0.010),
     "hand-drifts": (0.25, 0.040),
