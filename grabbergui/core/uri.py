@@ -262,7 +262,9 @@ class U3vOptions(DescriptionOption):
 class YarpOptions:
     """`yarp:` how the port is found and images travel."""
 
-    carrier: str = _option("fast_tcp", "CARRIER", "how images travel: `fast_tcp`, `tcp`, `udp`, `mjpeg`")
+    carrier: str = _option(
+        "fast_tcp", "CARRIER", "how images travel: `fast_tcp`, `tcp`, `udp`, `mjpeg`, `unix_stream`"
+    )
     nameserver: str = _option("", "HOST:PORT", "another name server than the configured one")
     bind: str = _option("", "ADDRESS", "the address at which our receiving port listens")
     components: bool = _option(True, "0|1", "`0`: the first image of each frame only", _switch)

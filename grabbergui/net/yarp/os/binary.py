@@ -110,6 +110,14 @@ def decode_index(data: memoryview, limit: int = MESSAGE_LIMIT) -> Index | None:
     return _decode_command(data, start, size - _COMMAND.size)
 
 
+def decode_command(data: memoryview) -> Index | None:
+    """Return the command at the start of `data`, None while it is incomplete; `body_size` is not known then.
+
+    Messages over unix_stream have no index before it. Raises RemoteProtocolError.
+    """
+    return _decode_command(data, 0, COMMAND_LIMIT) if len(data) >= _COMMAND.size else None
+
+
 def _decode_command(data: memoryview, start: int, rest: int) -> Index | None:
     """Decode a port command, which `rest` bytes of text and body follow."""
     length, tilde, letter, zero, one = _COMMAND.unpack_from(data, start)

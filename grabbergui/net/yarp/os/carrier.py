@@ -36,6 +36,7 @@ STREAM_RESPONSE: Final = (
 REQUEST_LINES: Final = 100
 REQUEST_LINE_LIMIT: Final = 8192
 """Largest request of a browser: its lines, and the bytes of each."""
+_UNIX: Final = b"UNIX_STR"
 _FOREIGN: Final = {1: "mcast", 14: "shmem"}
 
 
@@ -51,6 +52,8 @@ class Carrier:
     text: bool = False
     pull: bool = False
     "The reader connects to the source."
+    local: bool = False
+    "A socket of this computer takes the place of the connection, after a header without a reply."
 
     @property
     def switches(self) -> bool:
@@ -64,8 +67,11 @@ UDP = Carrier("udp", 0, datagrams=True)
 TEXT = Carrier("text", text=True)
 TEXT_ACK = Carrier("text_ack", text=True, acknowledged=True)
 MJPEG = Carrier("mjpeg", pull=True)
+UNIX_STREAM = Carrier("unix_stream", local=True)
 
-CARRIERS: Final = {carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, TEXT, TEXT_ACK, MJPEG)}
+CARRIERS: Final = {
+    carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, TEXT, TEXT_ACK, MJPEG, UNIX_STREAM)
+}
 """Those that we offer, by name."""
 
 HTTP = Carrier("http", pull=True)
@@ -87,13 +93,17 @@ def by_name(name: str) -> Carrier:
 def identify(header: Buffer) -> Carrier:
     """Return the carrier that the first eight bytes of a connection name. Raises RemoteProtocolError."""
     first = bytes(header[:8])
-    texts = {b"CONNECT ": TEXT, b"CONNACK ": TEXT_ACK, b"GET /?ac": MJPEG, b"NAME_SER": NAME_SER}
+    texts = {
+        b"CONNECT ": TEXT,
+        b"CONNACK ": TEXT_ACK,
+        b"GET /?ac": MJPEG,
+        b"NAME_SER": NAME_SER,
+        _UNIX: UNIX_STREAM,
+    }
     if first in texts:
         return texts[first]
     if first.startswith(b"GET /"):
         return HTTP
-    if first == b"UNIX_STR":
-        raise RemoteProtocolError(f"carrier unix_stream is not supported, use one of {', '.join(CARRIERS)}")
     number = decode_number(first)
     code = number - MAGIC_BASE
     for carrier in CARRIERS.values():
@@ -110,10 +120,11 @@ def modifiers_of(carrier: str) -> dict[str, str]:
 
 def encode_header(carrier: Carrier, sender: str) -> bytes:
     """Return the first bytes from the side that opens a connection. Raises LocalProtocolError."""
-    if carrier.code is None:
+    if carrier.code is None and not carrier.local:
         word = "CONNACK" if carrier.acknowledged else "CONNECT"
         return f"{word} {sender}\r\n".encode("utf-8", "surrogateescape")
     name = sender.encode("utf-8", "surrogateescape") + b"\0"
     if len(name) > NAME_LIMIT:
         raise LocalProtocolError(f"port name of {len(name)} bytes, at most {NAME_LIMIT}")
-    return encode_number(MAGIC_BASE + carrier.code) + _I32.pack(len(name)) + name
+    start = _UNIX if carrier.code is None else encode_number(MAGIC_BASE + carrier.code)
+    return start + _I32.pack(len(name)) + name

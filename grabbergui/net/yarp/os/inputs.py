@@ -34,6 +34,7 @@ from grabbergui.net.yarp.os.datagrams import Reassembler
 from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message
 from grabbergui.net.yarp.os.events import Reply as ReplyEvent
 from grabbergui.net.yarp.os.link import Link
+from grabbergui.net.yarp.os.local_sockets import LocalReceiver, local_receiver
 from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.values import Dialect
 from grabbergui.net.yarp.os.web_page import PAGE_NOT_FOUND, page_wanted
@@ -318,6 +319,9 @@ class Input:
         if header.carrier.datagrams:
             self._serve_datagrams(link)
             return False
+        if header.carrier.local:
+            self._serve_local()
+            return False
         link.send(HeaderReply(self._owner.port_number, header.sender))
         if header.carrier is wire.MJPEG:
             self._serve_images(link)
@@ -393,6 +397,18 @@ class Input:
                     self._answer(message)
                     if message.code in ("q", "r"):
                         return
+
+    def _serve_local(self) -> None:
+        self._sock = local_receiver(self._sock)
+        if self._closed:
+            return
+        messages = LocalReceiver(self._owner.allocate, self._owner.limit)
+        while (message := messages.next_message(self._sock)) is not None:
+            for reply in self._answer(message):
+                if isinstance(reply, ReplyEvent):
+                    sockets.send(self._sock, list(reply.parts))
+            if message.code in ("q", "r"):
+                return
 
     def _serve_images(self, link: Link) -> None:
         def count_by(output: Output) -> None:

@@ -18,13 +18,15 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os import sockets
-from grabbergui.net.yarp.os.binary import encode_message
+from grabbergui.net.yarp.os.binary import encode_command, encode_message
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, modifiers_of
+from grabbergui.net.yarp.os.connection import YarpConnection
 from grabbergui.net.yarp.os.datagram_sockets import datagram_sender, send_datagrams
 from grabbergui.net.yarp.os.datagrams import split_datagrams
 from grabbergui.net.yarp.os.events import Header, Message
 from grabbergui.net.yarp.os.link import Link, greet
+from grabbergui.net.yarp.os.local_sockets import local_sender
 
 log = logging.getLogger(__name__)
 
@@ -185,6 +187,9 @@ class Output:
             whole = encode_message(message.command, message.parts)
             send_datagrams(self._link.sock, split_datagrams(whole))
             return _size(message.parts)
+        if self.carrier.local:
+            sockets.send(self._link.sock, [encode_command(message.command), *message.parts])
+            return _size(message.parts)
         sent = message.text() if self.carrier.text else message.binary()
         self._link.send(sent)
         if self.carrier.acknowledged:
@@ -207,6 +212,10 @@ def connect(
     """Open a connection to a reader, headers included, on which to send. Raises GrabberError."""
     sock = sockets.connect(address, key=key)
     try:
+        if carrier.local:
+            link = Link(sock, YarpConnection(opener=True))
+            link.send(Header(carrier, sender))
+            return Link(local_sender(sock), link.connection)
         link, reply = greet(sock, Header(carrier, sender))
         if carrier.datagrams:
             return Link(datagram_sender(sock, reply.number), link.connection)

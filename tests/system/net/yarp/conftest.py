@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 import threading
 from collections.abc import Iterator
 
@@ -11,6 +13,15 @@ from grabber_stage import Stage, stage
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from patience import until
+
+
+@pytest.fixture(autouse=True, scope="session")
+def runtime_folder() -> Iterator[None]:
+    """Keep the sockets of unix_stream, ours and a real YARP's, in a folder with a short name."""
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["YARP_RUNTIME_DIR"] = folder
+        yield
+        del os.environ["YARP_RUNTIME_DIR"]
 
 
 @pytest.fixture(scope="module")

@@ -219,7 +219,7 @@ def test_a_uri_with_an_unknown_port_name_or_option_is_refused() -> None:
 
 @pytest.mark.parametrize("carrier", ["pigeon", "mcast", "text", "text_ack", ""])
 def test_a_carrier_without_images_is_refused_with_those_that_have_them(carrier: str) -> None:
-    wanted = f"images arrive over tcp, fast_tcp, udp, mjpeg, not over '{carrier}'"
+    wanted = f"images arrive over tcp, fast_tcp, udp, mjpeg, unix_stream, not over '{carrier}'"
     with pytest.raises(UsageError, match=wanted):
         client.create(SourceUri.parse(f"yarp:/g?carrier={carrier}"))
 

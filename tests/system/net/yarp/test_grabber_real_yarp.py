@@ -78,7 +78,9 @@ def test_our_ports_are_listed_and_answer(scene: Stage, yarp: Run) -> None:
         assert [line for line in said if line in wanted] == wanted
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "fast_tcp+pixels.mono"])
+@pytest.mark.parametrize(
+    "carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "unix_stream", "fast_tcp+pixels.mono"]
+)
 def test_yarp_reads_our_images(
     scene: Stage, yarp: Run, environment: dict[str, str], carrier: str, tmp_path: Path
 ) -> None:
@@ -124,7 +126,7 @@ def real_server(scene: Stage, environment: dict[str, str], tmp_path: Path) -> It
             scene.names.unregister(contact.name)
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "unix_stream"])
 def test_we_drive_a_real_server(scene: Stage, real_server: str, carrier: str) -> None:
     remote = YarpGrabber(real_server, nameserver=scene.address, carrier=carrier)
     _open(remote)

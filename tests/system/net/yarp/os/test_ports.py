@@ -46,7 +46,7 @@ def echo(request):
 IMAGE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "unix_stream"])
 def test_images_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
@@ -62,7 +62,7 @@ def test_images_over_every_carrier(names, carrier):
         until(lambda: not output.connections, "the end of the connection")
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "text", "text_ack"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "unix_stream", "text", "text_ack"])
 def test_bottles_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)

@@ -79,7 +79,7 @@ def test_list_ping_and_rpc(names):
         assert "Response: [ok] 1 2.5 (x y)" in yarp("rpc", "/ours/rpc", text="1 2.5 (x y)\n")
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "unix_stream"])
 def test_yarp_read_gets_our_images(names, carrier):
     with OutputPort("/ours", names) as output, Tool("read", "/theirs", "envelope") as reader:
         until(lambda: listens(names, "/theirs"))
@@ -92,7 +92,7 @@ def test_yarp_read_gets_our_images(names, carrier):
         assert b"[rgb]" in reader.line_with(b"1234.5")
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "text", "text_ack"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "unix_stream", "text", "text_ack"])
 def test_yarp_write_reaches_us(names, carrier):
     with InputPort("/ours", names) as port, Tool("write", "/theirs") as writer:
         until(lambda: listens(names, "/theirs"))

@@ -239,7 +239,6 @@ def test_an_envelope_that_is_no_stamp_is_none(envelope, stamp):
         (encode_number(MAGIC_BASE + 1), "mcast"),
         (encode_number(MAGIC_BASE + 14), "shmem"),
         (encode_number(MAGIC_BASE + 77), "with code 77"),
-        (b"UNIX_STR", "unix_stream"),
     ],
 )
 def test_unknown_carriers_are_named(header, name):
