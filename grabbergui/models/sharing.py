@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from psygnal import Signal
 
-from grabbergui.core.errors import SourceUnavailableError, TransportError, UsageError
+from grabbergui.core.errors import GrabberError, SourceUnavailableError, TransportError, UsageError
 from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey, WriteResult
@@ -109,6 +109,16 @@ def _make_ros2(
     )
 
 
+def _load_networks() -> None:
+    """Import the servers of both networks; ROS 2 takes half a second, and may be missing."""
+    import grabbergui.net.yarp.server  # noqa: F401
+
+    with suppress(GrabberError, ImportError):
+        from grabbergui.net.ros2.preparation import prepare
+
+        prepare()
+
+
 MAKERS: Mapping[Network, MakeServer] = {Network.YARP: _make_yarp, Network.ROS2: _make_ros2}
 
 
@@ -135,8 +145,14 @@ class Sharing:
         stream: StreamControl,
         terminal: Callable[[FrameGrabber], Terminal] = _no_terminal,
         makers: Mapping[Network, MakeServer] = MAKERS,
+        load: Callable[[], object] = _load_networks,
     ) -> None:
-        """`terminal` returns what runs the typed commands that arrive for a grabber."""
+        """`terminal` returns what runs the typed commands that arrive for a grabber.
+
+        `load` does once what a server's first start would take long for.
+        """
+        self._load = load
+        self._loading: threading.Thread | None = None
         self._open_sources = open_sources
         self._stream = stream
         self._terminal = terminal
@@ -146,6 +162,13 @@ class Sharing:
         self._ended: tuple[Share, ...] = ()
         self._lock = threading.RLock()
         open_sources.ending.connect(self._on_ending)
+
+    def prepare(self) -> None:
+        """Load what servers need, in the background: somebody may share a camera soon."""
+        with self._lock:
+            if self._loading is None:
+                self._loading = threading.Thread(target=self._load, name="load networks", daemon=True)
+                self._loading.start()
 
     def share(self, source: OpenSource, network: Network, options: ShareOptions) -> None:
         """Share an open source; start its stream if it is the current one and stopped."""
@@ -194,6 +217,9 @@ class Sharing:
         for share in shares:
             share.end()
         ended = all(share.join(max(0.0, deadline - time.monotonic())) for share in shares)
+        if self._loading is not None:
+            self._loading.join(max(0.0, deadline - time.monotonic()))
+            ended = ended and not self._loading.is_alive()
         if ended:
             self._names.close()
         return ended

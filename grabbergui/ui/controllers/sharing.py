@@ -59,6 +59,7 @@ class SharingController(QObject):
             self.dialog.raise_()
             self.dialog.activateWindow()
             return
+        self._sharing.prepare()
         self.dialog = dialog = ShareDialog(self._window)
         self._source = None
         dialog.shareRequested.connect(self._on_dialog_share_requested)

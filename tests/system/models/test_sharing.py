@@ -246,3 +246,18 @@ def test_rates_are_those_of_the_last_seconds():
     assert meter.rates([later], 13.0)[0].images == 0.0
     again = replace(fast, images=3, bytes=30)
     assert meter.rates([again], 14.0)[0].images == 0.0  # it has connected again
+
+
+def test_networks_are_loaded_once_before_somebody_shares_and_the_end_waits_for_it(connection):
+    loaded, go = [], threading.Event()
+
+    def load():
+        assert go.wait(PATIENCE)
+        loaded.append(1)
+
+    model = Sharing(connection.open_sources, connection.stream, load=load)
+    model.prepare()
+    model.prepare()
+    assert not model.close(0) and not loaded
+    go.set()
+    assert model.close(PATIENCE) and loaded == [1]
