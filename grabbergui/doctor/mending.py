@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
 
 from grabbergui.core.errors import SourceUnavailableError
@@ -20,7 +21,7 @@ def as_administrator(*command: str) -> Callable[[], None] | None:
 
     The function waits for the command, and raises SourceUnavailableError if it fails or is refused.
     """
-    if os.name != "posix":
+    if sys.platform == "win32":
         return None
     asks = () if os.geteuid() == 0 else (ASKS,)
     if asks and not shutil.which(ASKS):
