@@ -102,6 +102,19 @@ def test_no_rule_separates_families_within_a_file():
     assert not [name(path) for path in MODULES if "# -- " in path.read_text("utf-8")]
 
 
+def test_no_constructor_takes_eight_arguments_by_their_order():
+    """What several classes get together is one object (`SourceContext`), and options have names."""
+    wide = [
+        name(path)
+        for path in MODULES
+        for function in ast.walk(parsed(path))
+        if isinstance(function, ast.FunctionDef)
+        and function.name == "__init__"
+        and len(function.args.args) - 1 - len(function.args.defaults) >= 8
+    ]
+    assert not wide
+
+
 def test_a_class_name_means_one_thing():
     """Whoever searches for a class finds one idea. Private classes are read only inside of their file."""
     places = defaultdict(list)

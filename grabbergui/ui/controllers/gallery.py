@@ -11,12 +11,11 @@ from PyQt5.QtCore import QObject, QRectF, QSize, Qt, QTimer
 from grabbergui.core.pixels import Region
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.open_sources import OpenSources
 from grabbergui.models.sources import GalleryModel, Tile
 from grabbergui.models.status import Condition, StatusModel
 from grabbergui.ui.controllers.recording import Confirm
+from grabbergui.ui.controllers.source_context import SourceContext
 from grabbergui.ui.gui_thread import Bridge
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.bases import SourcePanesView
 from grabbergui.ui.views.gallery import CameraTile, Gallery
 from grabbergui.ui.widgets.component_pane import ComponentPane
@@ -35,20 +34,19 @@ class GalleryController(QObject):
         view: Gallery,
         image: SourcePanesView,
         model: GalleryModel,
-        open_sources: OpenSources,
+        context: SourceContext,
         status: StatusModel,
         confirm: Confirm,
-        preferences: Preferences,
     ) -> None:
         super().__init__(view)
-        self._preferences = preferences
+        self._preferences = context.preferences
         self._status = status
         self._confirm = confirm
         self._view = view
         self._model = model
-        self._open_sources = open_sources
+        self._open_sources = context.open_sources
         self._image = image
-        self._panes = preferences.panes
+        self._panes = context.preferences.panes
         "How many sources are shown side by side, the current one among them."
         self._latest: dict[Tile, ShownImage] = {}
         "The newest image of each source."
@@ -57,11 +55,11 @@ class GalleryController(QObject):
         bridge = Bridge(self)
         # The current source may have changed since the signal: only the model knows.
         bridge.bind(model.changed, lambda _: self._show())
-        bridge.bind(open_sources.opened, lambda _: self._show())
+        bridge.bind(context.open_sources.opened, lambda _: self._show())
         self._timer = QTimer(self)
         self._timer.setInterval(TILE_PERIOD_MS if self._panes == 1 else PANE_PERIOD_MS)
         self._timer.timeout.connect(self._refresh)
-        image.setSeparateZoom(preferences.separate_zoom)
+        image.setSeparateZoom(context.preferences.separate_zoom)
 
     def take_next(self) -> None:
         """Make the next open source current, starting over after the last."""

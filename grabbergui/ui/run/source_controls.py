@@ -59,13 +59,7 @@ class SourceControls:
         )
         self.address = IpAddressController(window.sources, window, self.source_list)
         self.tiles = GalleryController(
-            window.gallery,
-            window.image,
-            self.gallery,
-            sources,
-            self.status,
-            self.confirm_closing,
-            context.preferences,
+            window.gallery, window.image, self.gallery, context, self.status, self.confirm_closing
         )
         self.status_bar = StatusController(window.status, window.image, context, self.status, messages)
         triggers = Triggers(sources, self.status, messages)
