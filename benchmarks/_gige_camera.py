@@ -26,8 +26,10 @@ _FEW_LINES = {
     reg.PIXEL_FORMAT: PIXEL_FORMAT.code,
     reg.TEST_PATTERN: int(TestPattern.GREY_HORIZONTAL_RAMP),
 }
-COUNTED_WIDTH, COUNTED_HEIGHT, COUNTED_RATE = 2048, 2048, 25.0
+COUNTED_WIDTH, COUNTED_HEIGHT, COUNTED_RATE = 2048, 2160, 25.0
+"The whole sensor, binned across: AravisCamera sets the largest region, whatever was set before."
 _COUNTED = {
+    reg.BINNING_HORIZONTAL: 2,
     reg.WIDTH: COUNTED_WIDTH,
     reg.HEIGHT: COUNTED_HEIGHT,
     reg.FRAME_RATE_ENABLE: 1,

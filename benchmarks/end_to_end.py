@@ -184,7 +184,10 @@ def read(pipe: Connection, names: str, seconds: float) -> None:
             with suppress(FrameTimeoutError):
                 message, _ = port.read(0.5)
                 at = time.monotonic()
-                arrivals.append((at, int(image.decode(message)[1][0, 0])))
+                pixels = image.decode(message)[1]
+                if pixels.shape[:2] != (COUNTED_HEIGHT, COUNTED_WIDTH):
+                    raise SystemExit(f"an image of {pixels.shape}: the servers would not do the same work")
+                arrivals.append((at, int(pixels[0, 0])))
         pipe.send(arrivals)
 
 
