@@ -2,6 +2,7 @@
 
 import contextlib
 import gc
+import logging
 import os
 import signal
 import sys
@@ -70,9 +71,12 @@ def pytest_collection_finish() -> None:
 def pytest_runtest_teardown() -> Iterator[None]:
     """Delete the windows that the test has closed, and collect garbage, as no event loop does it now.
 
-    Otherwise, each new style sheet would be applied to the windows of all earlier tests.
+    Otherwise, each new style sheet would be applied to the windows of all earlier tests. What is logged does
+    not depend on them either: a command or a window's log that stays open would let more through.
     """
     yield
+    logging.getLogger().setLevel(logging.WARNING)
+    logging.getLogger("grabbergui").setLevel(logging.NOTSET)
     qt = sys.modules.get("PyQt5.QtCore")
     if qt is not None and (app := qt.QCoreApplication.instance()) is not None:
         qt.QCoreApplication.sendPostedEvents(None, qt.QEvent.DeferredDelete)

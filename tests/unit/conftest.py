@@ -60,9 +60,9 @@ class Watch:
             self._refuse(event)
 
     def sleep(self, seconds: float) -> None:
-        """Sleep in place of `time.sleep`, where that may be."""
+        """Sleep in place of `time.sleep`, where that may be. No time at all only lets others work."""
         caller = sys._getframe(1).f_globals.get("__name__")
-        if threading.current_thread() is threading.main_thread() and caller != WAITING:
+        if seconds and threading.current_thread() is threading.main_thread() and caller != WAITING:
             self._refuse("time.sleep")
         SLEEP(seconds)
 

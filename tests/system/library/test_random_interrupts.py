@@ -17,10 +17,12 @@ import os, random, signal, sys, threading, time
 import grabbergui
 
 camera, taken = grabbergui.open("sim:?width=16&height=8&fps=1000&exposure=20"), threading.Event()
+ready = threading.Event()
 
 
 def send():
     chance = random.Random(7)
+    ready.wait()
     for number in range(int(sys.argv[2])):
         taken.clear()
         time.sleep(0.001 + chance.random() * 0.008)
@@ -51,6 +53,7 @@ while True:
     try:
         while True:
             try:
+                ready.set()
                 use()
             except KeyboardInterrupt:
                 taken.set()

@@ -303,10 +303,9 @@ def test_a_camera_on_the_head_is_where_the_head_is_though_its_clock_is_set():
     from grabbergui.servo import closed_loop
 
     robot = SimRobot(teo.MODEL)
-    camera = closed_loop.mounted_camera(robot, Things())
-    model = camera.device.model
     seen = []
-    robot.camera_at = seen.append
+    camera = closed_loop.mounted_camera(robot, Things(), camera_at=seen.append)
+    model = camera.device.model
     pose = model.sensor.scene._camera
     for _ in range(2):
         pose(model.timestamp())

@@ -216,5 +216,7 @@ def test_the_watchdog_looks_after_the_robot_while_it_is_wanted():
     gate = CommandGate(robot, Config())
     gate.send(fast(), 1.0)
     times = iter([1.1, 1.16])
-    gate.watch(lambda: next(left), lambda: next(times))
+    watchdog = threading.Thread(target=gate.watch, args=(lambda: next(left), lambda: next(times)))
+    watchdog.start()
+    watchdog.join(PATIENCE)
     assert not robot.moving
