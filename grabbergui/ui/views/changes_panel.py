@@ -7,7 +7,16 @@ from collections.abc import Sequence
 from enum import Enum
 
 from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt, pyqtSignal
-from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QHeaderView,
+    QMenu,
+    QPushButton,
+    QTableView,
+    QWidget,
+)
 
 from grabbergui.core.features import format_value
 from grabbergui.models.change import Change, Origin
@@ -21,6 +30,8 @@ from grabbergui.ui.widgets.columns import size_columns
 
 _LONGEST = ("00:00:00", "AcquisitionFrameRate", "1000000.5", "1000000.5", "operator")
 """Texts as wide as the columns are at first; the last column takes the rest."""
+NARROW = 450
+"Width of the panel below which some columns are hidden."
 ROW_PADDING = 6
 """Pixels of a row above and below its text."""
 
@@ -169,6 +180,7 @@ class ChangesPanel(QWidget):
     whoseChanged = pyqtSignal()
     """The user chose other changes; `setChanges` is expected."""
 
+    controls: QBoxLayout
     whoseBox: QComboBox
     copyButton: QPushButton
     saveButton: QPushButton
@@ -180,6 +192,7 @@ class ChangesPanel(QWidget):
         load_form("changes_panel", self)
         self._changes = ChangeTable(self)
         self.table.setModel(self._changes)
+        self._narrow: bool | None = None
         self._follows = True
         "Whether to scroll to new rows: until the user scrolls up."
         if (bar := self.table.verticalScrollBar()) is not None:
@@ -190,7 +203,7 @@ class ChangesPanel(QWidget):
         if (header := self.table.horizontalHeader()) is not None:
             left = Qt.Alignment(Qt.AlignmentFlag.AlignLeft)
             header.setDefaultAlignment(left | Qt.AlignmentFlag.AlignVCenter)
-        size_columns(self.table, _LONGEST)
+        self._arrange(narrow=True)  # or the window makes room for all of it
         self.copyMenu = QMenu(self)
         for kind, title in (
             (CopyAs.COMMAND, self.tr("&Command line")),
@@ -207,6 +220,27 @@ class ChangesPanel(QWidget):
         self._changes.rowsInserted.connect(self._enable)
         self._changes.modelReset.connect(self._enable)
         self._enable()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Put the choice above the buttons in a narrow panel, and show what changed to which value."""
+        super().resizeEvent(event)
+        self._arrange(narrow=self.width() < NARROW)
+
+    def _arrange(self, *, narrow: bool) -> None:
+        if narrow is self._narrow:
+            return
+        self._narrow = narrow
+        below, across = QBoxLayout.Direction.TopToBottom, QBoxLayout.Direction.LeftToRight
+        self.controls.setDirection(below if narrow else across)
+        if (around := self.layout()) is not None:
+            around.invalidate()  # which a layout within it does not do
+        for column in (ChangeTable.BEFORE, ChangeTable.BY, ChangeTable.CAUSE):
+            self.table.setColumnHidden(column, narrow)
+        if (header := self.table.horizontalHeader()) is not None:
+            stretch, usual = QHeaderView.ResizeMode.Stretch, QHeaderView.ResizeMode.Interactive
+            header.setStretchLastSection(not narrow)
+            header.setSectionResizeMode(ChangeTable.FEATURE, stretch if narrow else usual)
+        size_columns(self.table, _LONGEST)
 
     def setChanges(self, changes: Sequence[Change]) -> None:
         """Show these changes, as far as the filter lets them through."""

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import (
     QLabel,
     QLineEdit,
     QMenu,
+    QPushButton,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
@@ -213,6 +214,7 @@ class FeaturePanel(QWidget):
     filterEdit: QLineEdit
     levelBox: QComboBox
     messageLabel: QLabel
+    moreButton: QPushButton
     content: QWidget
     sections: QVBoxLayout
 
@@ -230,6 +232,7 @@ class FeaturePanel(QWidget):
         self._elsewhere: frozenset[str] = frozenset()
         self.filterEdit.textChanged.connect(self._arrange)
         self.levelBox.currentIndexChanged[int].connect(self._arrange)
+        self.moreButton.clicked.connect(lambda: self.levelBox.setCurrentIndex(_LEVELS.index(Visibility.GURU)))
         self.filterEdit.installEventFilter(self)
         self._arrange()
 
@@ -321,14 +324,19 @@ class FeaturePanel(QWidget):
         for control in (self.filterEdit, self.levelBox):
             set_available(control, None if root is not None else Unavailable.SOURCE)
         watched: frozenset[str] = frozenset()
+        hidden = 0
         message = self.tr("The camera's controls appear here once one is connected.")
         if self._section is not None and root is not None:
             text = self.filterEdit.text().strip()
             names = visible_names(root, self._level, text, self._elsewhere)
-            message = self._message(root, text, len(names))
+            everything = len(visible_names(root, Visibility.GURU, text))
+            hidden = everything - len(names) if text or not names else 0
+            message = self._message(text, len(names)) if names or not hidden else ""
             shown = names[:MOST_FOUND] if text else names
             self._section.arrange(frozenset(shown), bool(text))
             watched = frozenset(self._section.names_on_show())
+        self.moreButton.setText(self.tr("Show {0} more (Guru)").format(hidden))
+        self.moreButton.setVisible(hidden > 0)
         self.messageLabel.setText(message)
         self.messageLabel.setVisible(bool(message))
         if watched != self._watched:
@@ -339,19 +347,14 @@ class FeaturePanel(QWidget):
     def _level(self) -> Visibility:
         return _LEVELS[self.levelBox.currentIndex()]
 
-    def _message(self, root: Category, text: str, found: int) -> str:
-        """Show which features are hidden, and how to see them."""
+    def _message(self, text: str, found: int) -> str:
+        """Return why not all features that match are shown, or that none does."""
         if text and found > MOST_FOUND:
             return counted(
                 found - MOST_FOUND,
                 self.tr("1 more matches; type another letter."),
                 self.tr("{0} more match; type another letter."),
             )
-        if found and not text:
-            return ""
-        everything = len(visible_names(root, Visibility.GURU, text))
-        if everything > found:
-            return self.tr("Guru shows {0} more.").format(everything - found)
         return "" if found else self.tr("Nothing matches.")
 
 

@@ -68,6 +68,8 @@ class PanelLayout(QObject):
         "Width of the window for which the column beside the image was last given its width."
         self._sources_height = 0
         "Height that the sources were last given."
+        self._column = 0
+        "Width that the column was given then."
         self._opened = False
         "Whether a panel needs more height than before, for which Qt makes the least room possible."
         for dock in self._docks:
@@ -96,6 +98,9 @@ class PanelLayout(QObject):
             self._arrange(wanted)
         elif self._opened or self._sources_are_cut():
             self._size()
+            self._fit_column()
+        else:
+            self._fit_column()
         self._opened = False
 
     def fit(self, *_: object) -> None:
@@ -147,10 +152,23 @@ class PanelLayout(QObject):
             dock.raise_()
         self._busy = False
         if window.width() != self._arranged_width:  # or the user may have dragged it
-            self._arranged_width = window.width()
-            column = min(MOST_COLUMN, max(LEAST_COLUMN, round(window.width() * COLUMN_SHARE)))
+            column = self._usual_column()
         window.resizeDocks([features], [column], Qt.Orientation.Horizontal)
         QTimer.singleShot(0, self._size)  # once they are laid out
+
+    def _usual_column(self) -> int:
+        """Return the width of the panels beside the image for the window's width, and note both."""
+        self._arranged_width = self._window.width()
+        self._column = min(MOST_COLUMN, max(LEAST_COLUMN, round(self._arranged_width * COLUMN_SHARE)))
+        return self._column
+
+    def _fit_column(self) -> None:
+        """Let the column follow the window's width, as after *maximise*, unless the user dragged it."""
+        window, features = self._window, self._sides[1]
+        if self._shown in (None, PanelArrangement.OWN, PanelArrangement.BELOW) or window.isFullScreen():
+            return
+        if window.width() != self._arranged_width and features.width() == self._column:
+            window.resizeDocks([features], [self._usual_column()], Qt.Orientation.Horizontal)
 
     def _size(self) -> None:
         """Give the panels their first heights; the user may drag them."""

@@ -180,8 +180,8 @@ class RecordingBar(QWidget):
 
     def _kind_text(self, kind: RecordingKind) -> str:
         return {
-            RecordingKind.MCAP: self.tr("ROS 2 messages (MCAP)"),
-            RecordingKind.BAG: self.tr("ROS 2 bag (folder)"),
+            RecordingKind.MCAP: self.tr("All raw data (MCAP)"),
+            RecordingKind.BAG: self.tr("All raw data (ROS 2 bag)"),
             RecordingKind.H264: self.tr("Movie (MP4)"),
             RecordingKind.LOSSLESS: self.tr("Movie, lossless (MP4)"),
             RecordingKind.FFV1: self.tr("Movie, lossless up to 16 bits (FFV1)"),

@@ -120,6 +120,17 @@ def test_the_width_of_the_panels_is_the_users(app):
     assert app.settled(window.featuresDock.width) == 500
 
 
+def test_the_column_follows_the_width_of_the_window_until_it_is_dragged(app):
+    """After *maximise* and back it kept the width that was meant for the whole screen."""
+    window = app.window
+    arranged(app, 1280, 800, PanelArrangement.STACKED)
+    app.until(lambda: window.featuresDock.width() == 282)
+    arranged(app, 1920, 1080, PanelArrangement.STACKED)
+    app.until(lambda: window.featuresDock.width() == 390)
+    arranged(app, 1280, 800, PanelArrangement.STACKED)
+    app.until(lambda: window.featuresDock.width() == 282)
+
+
 def test_the_sources_get_more_room_when_more_are_found(app):
     """On a laptop's screen one card could be seen of all."""
     window = app.window

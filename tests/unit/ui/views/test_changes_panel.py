@@ -6,7 +6,7 @@ import pytest
 
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.change import Change, Origin
-from grabbergui.ui.views.changes_panel import ChangesPanel
+from grabbergui.ui.views.changes_panel import ChangesPanel, ChangeTable
 
 
 @pytest.fixture
@@ -42,6 +42,19 @@ def test_new_rows_are_followed_also_those_that_came_while_the_panel_was_hidden(p
     qtbot.waitUntil(lambda: last_row_is_whole(panel))
     panel.resize(500, 130)
     qtbot.waitUntil(lambda: last_row_is_whole(panel))
+
+
+def test_a_narrow_panel_shows_what_changed_to_which_value(panel):
+    """On a laptop the new values were behind a scroll bar, and the panel took width from the image."""
+    note(panel, 1, 3)
+    assert not panel.table.isColumnHidden(ChangeTable.BEFORE)
+    wide = panel.layout().minimumSize().width()
+    panel.resize(300, 200)
+    shown = [column for column in range(6) if not panel.table.isColumnHidden(column)]
+    assert shown == [ChangeTable.TIME, ChangeTable.FEATURE, ChangeTable.AFTER]
+    assert panel.layout().minimumSize().width() < wide
+    panel.resize(500, 180)
+    assert not panel.table.isColumnHidden(ChangeTable.BEFORE)
 
 
 def test_who_scrolled_up_stays_there_until_the_end_is_reached_again(panel, qtbot):

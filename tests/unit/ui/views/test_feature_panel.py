@@ -113,7 +113,11 @@ def test_the_filter_finds_what_is_collapsed_and_hides_the_rest(make_panel):
     assert d.shown() == ["ExposureTime"]
     d.panel.filterEdit.setText("fuse")
     assert d.shown() == []
-    assert d.panel.messageLabel.text() == "Guru shows 1 more."
+    assert d.panel.moreButton.text() == "Show 1 more (Guru)"
+    level = d.panel.levelBox.currentIndex()
+    d.panel.moreButton.click()
+    assert d.shown() != [] and d.panel.moreButton.isHidden()
+    d.panel.levelBox.setCurrentIndex(level)
     d.panel.filterEdit.setText("xyz")
     assert d.panel.messageLabel.text() == "Nothing matches."
     d.panel.filterEdit.clear()
