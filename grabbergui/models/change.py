@@ -33,7 +33,10 @@ class Change:
     after: FeatureValue | None
     origin: Origin
     cause: str = ""
-    "The operation it was part of, as display text: `Loaded settings.yaml`; empty for a single control."
+    """The operation it was part of, as display text: `Loaded settings.yaml`; empty for a single control.
+
+    Of a change over a network, the program that made it, if it is known.
+    """
     command: bool = False
 
     @property

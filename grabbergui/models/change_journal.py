@@ -104,19 +104,26 @@ class ChangeJournal:
             self.noted.emit(change)
         self.steps_changed.emit()
 
-    def ran(self, key: SettingKey, origin: Origin = Origin.OPERATOR) -> None:
-        """Record a command, which cannot be undone."""
+    def ran(self, key: SettingKey, origin: Origin = Origin.OPERATOR, author: str = "") -> None:
+        """Record a command, which cannot be undone; `author` is the program on the network that ran it."""
         with self._lock:
             if origin is Origin.OPERATOR:
                 self._history.interrupt()
                 self._latest.pop(Origin.OPERATOR, None)
-            change = self._append(key, None, None, origin, command=True)
+            change = self._append(key, None, None, origin, author, command=True)
         self.noted.emit(change)
 
-    def saw(self, key: SettingKey, before: FeatureValue, after: FeatureValue, origin: Origin) -> None:
-        """Record a change by somebody else."""
+    def saw(
+        self,
+        key: SettingKey,
+        before: FeatureValue,
+        after: FeatureValue,
+        origin: Origin,
+        author: str = "",
+    ) -> None:
+        """Record a change by somebody else; `author` is the program on the network that made it."""
         with self._lock:
-            change = self._enter(key, before, after, origin, self._clock(), None)
+            change = self._enter(key, before, after, origin, self._clock(), None, author)
         self.noted.emit(change)
 
     def hold(self, name: str) -> None:
@@ -178,12 +185,13 @@ class ChangeJournal:
         origin: Origin,
         now: float,
         since: float | None,
+        others: str = "",
     ) -> Change:
         # The operator's changes are sequential; those of others may interleave.
         author: SettingKey | Origin = origin if origin is Origin.OPERATOR else key
         number, moment = self._latest.get(author, (0, now))
         last = self._log.get(number)
-        cause = self._cause if origin is Origin.OPERATOR else ""
+        cause = self._cause if origin is Origin.OPERATOR else others
         same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
         if last is not None and same and continues(moment, now, since):
             change = replace(last, after=after)
@@ -192,7 +200,7 @@ class ChangeJournal:
                 return change
             self._log[number] = change
         else:
-            change = self._append(key, before, after, origin)
+            change = self._append(key, before, after, origin, others)
         self._latest[author] = (change.number, now)
         return change
 
@@ -202,11 +210,12 @@ class ChangeJournal:
         before: FeatureValue | None,
         after: FeatureValue | None,
         origin: Origin,
+        others: str = "",
         *,
         command: bool = False,
     ) -> Change:
         self._count += 1
-        cause = self._cause if origin is Origin.OPERATOR else ""
+        cause = self._cause if origin is Origin.OPERATOR else others
         change = Change(self._count, self._time_of_day(), key, before, after, origin, cause, command)
         self._log[change.number] = change
         while len(self._log) > MOST_CHANGES:

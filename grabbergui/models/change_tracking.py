@@ -118,12 +118,12 @@ class ChangeTrackingGrabber(SharedGrabber):
         except FeatureError as error:
             log.debug("a change of %s is not recorded: %s", feature.name, error)
 
-    def note_peer(self, changes: Iterable[ValueChange]) -> None:
+    def note_peer(self, changes: Iterable[ValueChange], author: str = "") -> None:
         """Record what another user wrote through another handle on this camera. Any thread."""
         for key, before, after in changes:
             self._remember(key, after)
             if before is not None and after is not None and before != after:
-                self.journal.saw(key, before, after, Origin.NETWORK)
+                self.journal.saw(key, before, after, Origin.NETWORK, author)
 
     def learn(self) -> None:
         """Learn the automatic modes of the grabber's present tree."""

@@ -19,6 +19,7 @@ from psygnal import Signal
 from grabbergui.core.errors import GrabberError, SourceUnavailableError, TransportError, UsageError
 from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.requester import requester
 from grabbergui.core.settings import SettingKey, WriteResult
 from grabbergui.core.shared import ReadOnlyGrabber
 from grabbergui.models.change import Change, Origin
@@ -276,8 +277,8 @@ def peer_changes(source: OpenSource | None) -> tuple[Change, ...]:
 
 def _on_written(source: OpenSource, result: WriteResult) -> None:
     if source.tracked_grabber is not None:
-        source.tracked_grabber.note_peer((*result.written, *result.consequences))
+        source.tracked_grabber.note_peer((*result.written, *result.consequences), requester())
 
 
 def _on_executed(source: OpenSource, key: SettingKey) -> None:
-    source.journal.ran(key, Origin.NETWORK)
+    source.journal.ran(key, Origin.NETWORK, requester())

@@ -19,6 +19,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameSink
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.requester import requested_by
 from grabbergui.core.scan3d import CurrentScan3d
 from grabbergui.net.component_joiner import MOST_COMPONENTS, components_of
 from grabbergui.net.distances import in_metres
@@ -180,7 +181,8 @@ class YarpGrabberServer:
         return sum(publisher.published for publisher in self._publishers)
 
     def _answer(self, request: Request) -> Reply:
-        return self._service.answer(request.bottle())
+        with requested_by(_author(request)):
+            return self._service.answer(request.bottle())
 
     def _answer_line(self, request: Request) -> Reply:
         """Run a line from `yarp rpc` on the terminal; the reply's items are the lines of the answer."""
@@ -188,10 +190,17 @@ class YarpGrabberServer:
             words = [item_text(item) for item in request.bottle()]
             # A single string may be the whole line; of several each stays one word, whatever is in it.
             line = words[0] if len(words) == 1 else shlex.join(words)
-            text = self._run_line(line)
+            with requested_by(_author(request)):
+                text = self._run_line(line)
         except GrabberError as error:
             return Bottle(["fail", str(error)])
         return Bottle(text.splitlines() or ["ok"])
+
+
+def _author(request: Request) -> str:
+    """Return the port that asked, or where it is: programs without a port call themselves `anon_rpc`."""
+    info = request.info
+    return info.peer if info.peer.startswith("/") else info.place
 
 
 class _Publisher:

@@ -191,7 +191,11 @@ class ShareDialog(QDialog):
 
     def setChanges(self, changes: Sequence[Change]) -> None:
         """Show what others changed, the newest first."""
-        lines = [f"{time.strftime('%H:%M:%S', time.localtime(one.time))}  {one}" for one in changes]
+        lines = [
+            f"{time.strftime('%H:%M:%S', time.localtime(one.time))}  {one}"
+            + (f"  · {one.cause}" if one.cause else "")
+            for one in changes
+        ]
         if lines != [self._line(row) for row in range(self.changesList.count())]:
             self.changesList.clear()
             self.changesList.addItems(lines)

@@ -91,6 +91,7 @@ def test_a_shared_camera_is_read_and_set_over_yarp(connection, sharing, name_ser
     changes = until(lambda: len(found := peer_changes(source)) == 2 and found)
     assert [str(change) for change in changes] == ["AcquisitionStart run", "Gain 0 → 5"]
     assert {change.origin for change in changes} == {Origin.NETWORK}
+    assert all(change.cause.startswith(("/", "127.0.0.1:")) for change in changes), "who it was"
     assert not source.journal.next_text(Direction.UNDO)
 
 
