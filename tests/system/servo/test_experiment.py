@@ -47,12 +47,12 @@ def test_a_command_prints_behind_its_name_and_its_exit_code_is_known(child, caps
     assert command.code == EXIT_USAGE
     assert capsys.readouterr().out.startswith("child: grabbergui: ")
     with pytest.raises(SourceUnavailableError, match=f"child ended with exit code {EXIT_USAGE}"):
-        command.said("serving ")
+        command.printed("serving ")
 
 
 def test_a_command_that_runs_on_is_ended(child):
     command = child("yarp-server", "--port", "0")
-    until(lambda: command.said("YARP name server "), seconds=PROGRAM)
+    until(lambda: command.printed("YARP name server "), seconds=PROGRAM)
     command.end()
     assert command.code == 0
 
