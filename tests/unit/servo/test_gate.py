@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from grabbergui.core.errors import AccessDeniedError, SourceUnavailableError
-from grabbergui.servo.config import Config, HeadConfig
+from grabbergui.servo.config import ArmConfig, Config, HeadConfig
 from grabbergui.servo.errors import RobotStoppedError
-from grabbergui.servo.gate import HERE, Command, CommandGate
+from grabbergui.servo.gate import HERE, LEAD_S, Command, CommandGate
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
+from grabbergui.servo.motion import STOPPING_S, planned
 from grabbergui.servo.robots import teo
 from robots_for_tests import RecordingRobot
 
@@ -401,3 +402,140 @@ def test_a_guardian_that_is_gone_is_an_emergency_stop(bench, caplog):
     stops = bench.robot.stops
     bench.gate.beat(1.0)
     assert bench.robot.stops == stops, "once is enough"
+
+
+def test_a_slower_command_is_the_same_motion():
+    command = Command(np.array([0.2, -0.4]), hand=np.array([0.1, 0, 0, 0, 0, -0.6]), until=5.0).slowed(0.5)
+    assert command.head.tolist() == [0.1, -0.2] and command.head_step is None and command.until == 5.0
+    assert command.hand.tolist() == [0.05, 0, 0, 0, 0, -0.3]
+    assert Command(head_step=np.array([0.2, 0.1])).slowed(0.5).head_step.tolist() == [0.1, 0.05]
+
+
+class LedRobot(RecordingRobot):
+    """Remembers which parts are led for a moment instead of moved."""
+
+    def __init__(self):
+        super().__init__()
+        self.led = []
+
+    def lead_head(self, velocity, seconds):
+        self.led.append(("head", velocity.tolist(), seconds))
+
+    def lead_hand(self, twist, seconds):
+        self.led.append(("hand", np.round(twist, 6).tolist(), seconds))
+
+
+HEAD_LED, HAND_LED = ("head", [0.1, 0.0], LEAD_S), ("hand", [0.02, 0, 0, 0, 0, 0], LEAD_S)
+
+
+@pytest.mark.parametrize(
+    ("head", "arm", "led", "moved"),
+    [
+        ("velocity", "velocity", [], ["head", "hand"]),
+        ("direct", "velocity", [HEAD_LED], ["hand"]),
+        ("velocity", "direct", [HAND_LED], ["head"]),
+        ("steps", "velocity", [HEAD_LED], ["hand"]),
+    ],
+)
+def test_each_part_is_moved_in_its_mode(head, arm, led, moved):
+    robot = LedRobot()
+    gate = CommandGate(robot, Config(head=HeadConfig(mode=head), arm=ArmConfig(mode=arm)), Guardian())
+    assert gate.send(Command(np.array([0.1, 0.0]), hand=np.array([0.02, 0, 0, 0, 0, 0])), 1.0)
+    assert robot.led == led and [part for part, _ in robot.moves] == moved
+
+
+@pytest.mark.parametrize(("mode", "led"), [("direct", [("head", [0.0, 0.0], LEAD_S)]), ("steps", [])])
+def test_a_head_that_goes_by_steps_is_left_alone_between_them(mode, led):
+    robot = LedRobot()
+    gate = CommandGate(robot, Config(head=HeadConfig(mode=mode)), Guardian())
+    assert gate.send(Command(hand=np.array([0.02, 0, 0, 0, 0, 0])), 1.0)
+    assert robot.led == led
+
+
+@pytest.mark.parametrize(
+    ("robot", "reason"),
+    [
+        (RecordingRobot(floating=True), "the robot does not report the angles of its arm"),
+        (RecordingRobot(), "the robot has not reported where its hand is"),
+    ],
+    ids=["no angles", "silent"],
+)
+def test_a_hand_of_unknown_place_rests_and_says_why(robot, reason):
+    robot.silent = "not reported" in reason
+    gate = CommandGate(robot, Config(), Guardian())
+    gate.send(Command(np.array([0.1, 0]), hand=np.array([0.02, 0, 0, 0, 0, 0])), 1.0)
+    assert gate.hindrance == reason and robot.twist.tolist() == [0.0] * 6
+    assert [part for part, _ in robot.moves] == ["head"]
+
+
+@pytest.mark.parametrize(("now", "age"), [(1.0, 0.0), (1.05, 0.05), (0.9, 0.0), (9.0, STOPPING_S)])
+def test_a_reading_is_as_old_as_its_time_says_and_counts_for_as_long_as_a_stop_takes(
+    bench, monkeypatch, now, age
+):
+    ages = []
+
+    def plan(arm, space, limits, angles, wanted, age, before):
+        ages.append(age)
+        return planned(arm, space, limits, angles, wanted, age, before)
+
+    monkeypatch.setattr("grabbergui.servo.gate.planned", plan)
+    bench.robot.time = 1.0
+    bench.send(now, hand=along(0, 0.02, 6))
+    assert ages == pytest.approx([age])
+
+
+def test_where_the_arm_may_not_rest_is_said(bench):
+    assert bench.gate.obstruction(teo.HOME) == ""
+    assert "it would leave the workspace" in bench.gate.obstruction(np.zeros(6))
+
+
+@pytest.fixture
+def observed(bench, monkeypatch):
+    """Return what the guardian is given to compare."""
+    seen = []
+    monkeypatch.setattr(bench.guardian, "observe", seen.append)
+    return seen
+
+
+def test_the_guardian_compares_what_was_commanded_with_what_is_measured(bench, observed):
+    bench.robot.time = 1.0
+    bench.send(1.0, head=[0.1, 0])
+    for now in (1.1, 1.2):
+        bench.robot.advance(now, 0.1)
+        bench.gate.beat(now)
+    assert observed[-1].commanded[-2:] == pytest.approx((0.02, 0.0))
+    assert observed[-1].measured[-2:] == pytest.approx((0.02, 0.0))
+    bench.gate.rest()
+    for now in (1.3, 1.4):
+        bench.robot.advance(now, 0.1)
+        bench.gate.beat(now)
+    assert observed[-1].commanded[-2:] == pytest.approx((0.03, 0.0)), "until the rest was noticed"
+    count = len(observed)
+    bench.gate.beat(1.5)
+    assert len(observed) == count, "no new reading"
+
+
+def test_while_it_is_stopped_the_guardian_compares_nothing(bench, observed):
+    bench.gate.halt("stopped")
+    bench.robot.time = 2.0
+    bench.gate.beat(2.0)
+    assert observed == []
+
+
+def test_a_dry_run_gives_the_guardian_nothing_to_compare():
+    robot, guardian, seen = RecordingRobot(), Guardian(), []
+    guardian.observe = seen.append
+    gate = CommandGate(robot, Config(), guardian, dry_run=True)
+    robot.time = 1.0
+    gate.send(Command(np.array([0.1, 0])), 1.0)
+    gate.beat(1.0)
+    assert seen == [] and robot.moves == []
+
+
+def test_a_stop_on_two_computers_is_released_on_both(bench):
+    bench.gate.halt("stopped", "YARP")
+    bench.gate.halt("stopped", "ROS 2")
+    with pytest.raises(
+        AccessDeniedError, match="^stopped; let the robot move on ROS 2 and YARP, where it was"
+    ):
+        bench.gate.release(pressed="the web")
