@@ -12,7 +12,7 @@ from grabbergui.servo.config import ArmConfig, Config, HeadConfig
 from grabbergui.servo.errors import RobotStoppedError
 from grabbergui.servo.gate import HERE, LEAD_S, Command, CommandGate
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
-from grabbergui.servo.motion import STOPPING_S, planned
+from grabbergui.servo.motion import DRIVES_S, STOPPING_S, planned
 from grabbergui.servo.robots import teo
 from robots_for_tests import RecordingRobot
 
@@ -535,7 +535,71 @@ def test_a_dry_run_gives_the_guardian_nothing_to_compare():
 def test_a_stop_on_two_computers_is_released_on_both(bench):
     bench.gate.halt("stopped", "YARP")
     bench.gate.halt("stopped", "ROS 2")
-    with pytest.raises(
-        AccessDeniedError, match="^stopped; let the robot move on ROS 2 and YARP, where it was"
-    ):
+    with pytest.raises(AccessDeniedError, match=r"move on ROS 2 and YARP, where it was stopped$"):
         bench.gate.release(pressed="the web")
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_a_head_near_its_limit_gets_there_and_no_further(bench, axis, end):
+    limit, outwards = getattr(teo.HEAD, end)[axis], -1.0 if end == "low" else 1.0
+    for distance, speed in ((0.002, 0.04), (0.0, 0.0), (-0.01, 0.0)):
+        bench.robot.head[axis] = limit - outwards * distance
+        bench.send(head=along(axis, outwards * 0.5, 2))
+        assert bench.robot.velocity == pytest.approx(along(axis, outwards * speed, 2)), "within 50 ms"
+        bench.send(head=along(axis, -outwards * 0.5, 2))
+        assert bench.robot.velocity == pytest.approx(along(axis, -outwards * 0.5, 2)), "back it may"
+
+
+def test_a_head_moves_although_its_place_is_unknown(bench):
+    bench.robot.silent = True
+    assert bench.send(head=[0.3, 0]) and bench.robot.velocity.tolist() == [0.3, 0.0]
+    reading = RecordingRobot().state()
+    bench.robot.state = lambda: dataclasses.replace(reading, hand=np.full((4, 4), np.nan), head=teo.HEAD.high)
+    assert bench.send(head=[0.3, 0]) and bench.robot.velocity.tolist() == [0.3, 0.0]
+
+
+def test_every_command_to_a_stopped_robot_counts_as_refused(bench):
+    bench.gate.halt("stopped")
+    for _ in range(3):
+        assert not bench.send(head=[0.1, 0])
+    bench.send()
+    assert (bench.gate.refused, bench.gate.sent) == (3, 0)
+
+
+def test_a_hand_that_is_held_back_is_counted_each_time_and_logged_once(caplog):
+    robot = RecordingRobot(floating=True)
+    gate = CommandGate(robot, Config(), Guardian())
+    for now in (1.0, 1.02, 1.04):
+        gate.send(Command(hand=np.array([0.02, 0, 0, 0, 0, 0])), now)
+    assert gate.refused == 3 and caplog.text.count("the hand is held back") == 1
+    gate.send(Command(np.array([0.1, 0])), 1.06)
+    assert gate.hindrance == "" and gate.refused == 3
+    gate.send(Command(hand=np.array([0.02, 0, 0, 0, 0, 0])), 1.08)
+    assert caplog.text.count("the hand is held back") == 2, "again, after it was allowed"
+
+
+def test_in_a_dry_run_nothing_moves_so_nothing_expires():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config(), Guardian(), dry_run=True)
+    assert gate.send(Command(np.array([0.1, 0])), 1.0) is False
+    assert gate.expire(100.0) is False and robot.stops == 0
+
+
+def test_drives_follow_a_command_to_63_percent_in_their_delay(bench, monkeypatch):
+    before, wanted = [], []
+
+    def plan(*arguments):
+        before.append(arguments[-1].copy())
+        wanted.append(planned(*arguments).joints)
+        return planned(*arguments)
+
+    monkeypatch.setattr("grabbergui.servo.gate.planned", plan)
+    for now, speed in ((1.0, 0.02), (1.0 + DRIVES_S, -0.02), (1.0 + 3 * DRIVES_S, 0.01), (9.0, 0.02)):
+        bench.robot.time = now
+        bench.send(now, hand=along(0, speed, 6))
+    assert not before[0].any(), "it rested"
+    followed = [1 - math.exp(-STOPPING_S / DRIVES_S), 1 - math.exp(-1), 1 - math.exp(-2)]
+    for index, share in enumerate(followed):
+        step = before[index + 1] - before[index]
+        assert step == pytest.approx(share * (wanted[index] - before[index]), abs=1e-9)
