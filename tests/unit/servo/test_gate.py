@@ -603,3 +603,24 @@ def test_drives_follow_a_command_to_63_percent_in_their_delay(bench, monkeypatch
     for index, share in enumerate(followed):
         step = before[index + 1] - before[index]
         assert step == pytest.approx(share * (wanted[index] - before[index]), abs=1e-9)
+
+
+def test_the_guardian_compares_steps_of_the_head_and_the_joints_of_the_arm(monkeypatch):
+    stepping, seen = Bench(Config(head=HeadConfig(mode="steps"))), []
+    monkeypatch.setattr(stepping.guardian, "observe", seen.append)
+    stepping.robot.time = 1.0
+    stepping.send(1.0, head_step=[0.1, -0.05], hand=along(0, 0.02, 6))
+    stepping.robot.advance(1.1, 0.1)
+    stepping.gate.beat(1.1)
+    assert seen[-1].commanded[-2:] == pytest.approx((0.1, -0.05))
+    arm = np.array(seen[-1].commanded[:-2])
+    moved = teo.RIGHT_ARM.forward(teo.HOME + arm)[:3, 3] - teo.RIGHT_ARM.forward(teo.HOME)[:3, 3]
+    assert moved == pytest.approx([0.002, 0, 0], abs=1e-4), "0.02 m/s for 0.1 s"
+    assert arm == pytest.approx(np.array(seen[-1].measured[:-2]), abs=1e-3)
+
+
+def test_a_dry_run_stops_no_robot():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config(), Guardian(), dry_run=True)
+    gate.halt("stopped")
+    assert (robot.stops, gate.halted, gate.hindrance, gate.paused) == (0, "stopped", "", "")
