@@ -17,7 +17,6 @@ def ran(monkeypatch):
         return subprocess.CompletedProcess(command, 0, "", "")
 
     monkeypatch.setattr(subprocess, "run", run)
-    monkeypatch.setattr(mending.os, "name", "posix")
     return commands
 
 
