@@ -74,7 +74,7 @@ coverage: setup
 	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal --cov=grabbergui$(if $(PACKAGE),/$(PACKAGE)) \
 	    --cov-branch --cov-report=term:skip-covered --cov-report=html:build/coverage $(TESTS)
 
-# Mutation testing of the packages where an untested line hurts, or of one: make mutants PACKAGE=core
+# Mutation testing of the packages where an untested line hurts, or of one: make mutants PACKAGE=servo/gate
 mutants: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check mutmut
 	$(BIN)/python scripts/mutants $(PACKAGE)
