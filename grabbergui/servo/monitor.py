@@ -21,7 +21,7 @@ INACCURACY = 0.01
 "Rad/s by which a joint's speed may differ in the long run, in addition."
 PROGRESS = 0.7
 "Share of the commanded motion that a robot makes at least."
-WINDOWS = (2.0, 6.0)
+WINDOWS = (2.0, 3.0, 6.0)
 "Times over which the paths are compared, in units of `lag`."
 PAUSE_S = 0.075
 "Seconds without observations beyond which commands may have been lost, and the robot may have been stopped."
@@ -150,7 +150,7 @@ class Monitor:
         before, after, seconds = self._points(start[0]), self._points(seen.time), seen.time - start[0]
         moved = _difference(seen.measured, start[1])
         pauses = [pause for pause in self._pauses if pause[0] > start[0]]
-        slack = (TOLERANCE + INACCURACY * seconds) * (1 + len(pauses))
+        slack = (TOLERANCE + INACCURACY * seconds) * (1 + 2 * len(pauses))
         for part, joints in PARTS.items():
             starts, ends = [path[joints] for path in before], [path[joints] for path in after]
             off = _direction(moved[joints], starts, ends)

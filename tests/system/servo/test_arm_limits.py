@@ -24,7 +24,7 @@ STOPPED = {
     "hand-far": (0.04, 0.010),
     "hand-drifts": (0.25, 0.040),
     "false-readings": (0.04, 0.010),
-    "readings-freeze": (0.32, 0.040),
+    "readings-freeze": (0.45, 0.040),
 }
 "Seconds and metres within which each fault stops the arm, as docs/servoing.md states."
 SLOW = 0.025
