@@ -117,10 +117,10 @@ _SENTENCES = (
     ),
     QT_TRANSLATE_NOOP(
         "Drivers",
-        "{0} edges follow another within {1} µs: a contact bounces; use a debouncer (LineDebouncerTime) or a"
+        "edges within {0} µs of another: {1}; a contact bounces: use a debouncer (LineDebouncerTime) or a"
         " clean signal",
     ),
-    QT_TRANSLATE_NOOP("Drivers", "{0} pulses are double, {1} ms apart; are there two senders on the line?"),
+    QT_TRANSLATE_NOOP("Drivers", "double pulses, {0} ms apart: {1}; are there two senders on the line?"),
     QT_TRANSLATE_NOOP(
         "Drivers", "pulses missing between the others: {0}; the sender or the cable drops some"
     ),
@@ -144,14 +144,10 @@ _SENTENCES = (
     ),
     QT_TRANSLATE_NOOP(
         "Drivers",
-        "every trigger was taken, but {0} frames did not arrive: lost on the wire; plan the link's budget",
+        "frames that were lost on the wire: {0}; every trigger was taken: plan the link's budget",
     ),
     QT_TRANSLATE_NOOP(
-        "Drivers",
-        "every trigger was taken, but {0} frame did not arrive: lost on the wire; plan the link's budget",
-    ),
-    QT_TRANSLATE_NOOP(
-        "Drivers", "{0} of {1} actions did not reach the camera: they were lost on the network"
+        "Drivers", "actions that did not reach the camera: {0} of {1}; they were lost on the network"
     ),
     QT_TRANSLATE_NOOP("Drivers", "the camera ignores the actions: {0}"),
     # A remote camera that sends no images

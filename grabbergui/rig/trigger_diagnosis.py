@@ -140,10 +140,10 @@ def diagnose(evidence: TriggerEvidence) -> TriggerFinding:
     if found := _of_pulses(evidence, pulses):
         return found
     if evidence.lost:
-        count = f"{evidence.lost} frame{'s' if evidence.lost > 1 else ''}"
         return TriggerFinding(
             TriggerCause.FRAME_LOST,
-            f"every trigger was taken, but {count} did not arrive: lost on the wire; plan the link's budget",
+            f"frames that were lost on the wire: {evidence.lost}; every trigger was taken: plan the link's"
+            " budget",
         )
     return WELL
 
@@ -161,7 +161,7 @@ def _of_actions(evidence: TriggerEvidence) -> TriggerFinding | None:
         return None
     return TriggerFinding(
         TriggerCause.ACTION_LOST,
-        f"{missing} of {sent} actions did not reach the camera: they were lost on the network",
+        f"actions that did not reach the camera: {missing} of {sent}; they were lost on the network",
     )
 
 
@@ -264,13 +264,13 @@ def _too_many(evidence: TriggerEvidence, pulses: list[int], usual: float) -> Tri
         longest = max(bounces) / 1000
         return TriggerFinding(
             TriggerCause.BOUNCING,
-            f"{len(bounces)} edges follow another within {longest:.0f} µs: a contact bounces; use a debouncer"
+            f"edges within {longest:.0f} µs of another: {len(bounces)}; a contact bounces: use a debouncer"
             " (LineDebouncerTime) or a clean signal",
         )
     if close:
         return TriggerFinding(
             TriggerCause.DOUBLE,
-            f"{len(close)} pulses are double, {statistics.median(close) / 1e6:.1f} ms apart; are there two"
+            f"double pulses, {statistics.median(close) / 1e6:.1f} ms apart: {len(close)}; are there two"
             " senders on the line?",
         )
     return None

@@ -56,7 +56,7 @@ class RigDialog(QDialog):
     def setOverview(self, seen: RigOverview) -> None:
         """Show how the rig is doing."""
         counts = seen.counts
-        text = self.tr("{0} sets complete · {1} late · {2} incomplete")
+        text = self.tr("Complete sets: {0} · late: {1} · incomplete: {2}")
         self.setsLabel.setText(text.format(counts.complete, counts.late, counts.incomplete))
         skews = (counts.skew_median_ns, counts.skew_p99_ns, counts.skew_worst_ns)
         text = self.tr("Skew {0:.1f} µs (median) · {1:.1f} µs (p99) · {2:.1f} µs (worst)")

@@ -49,6 +49,10 @@ NO_COUNT = {
     " is the scene moving, or the lamp flickering?",
     "{0} was not acknowledged within {1} s ({2} tries)",  # several, see ControlTiming
     "{0} entries",  # of a lookup table
+    "a trigger makes {0} frames instead of {1}; each frame waits for a trigger of its own: set"
+    " TriggerMode[TriggerSelector=FrameStart] to Off",  # a mean, with its decimal
+    "a trigger makes {0} frames instead of {1}; the acquisition ends before: check AcquisitionMode and"
+    " AcquisitionFrameCount",
     "only {0} of {1} views were possible: give the arm more room, or move the target",  # 5 or more
     "only {0} of {1} poses show the target, {2} are wanted: move it, or take a smaller one",  # thousands
     "hand–eye calibration needs {0} views or more, not {1}",  # FEWEST_VIEWS

@@ -41,7 +41,7 @@ def test_a_new_rig_of_the_open_cameras_is_one_source_with_its_state(make_app, tm
     app.until(window.actionRig.isEnabled)
     window.actionRig.trigger()
     seen = program.source_controls.rig.dialog
-    app.until(lambda: seen.setsLabel.text() and not seen.setsLabel.text().startswith("0 sets complete"))
+    app.until(lambda: seen.setsLabel.text() and not seen.setsLabel.text().startswith("Complete sets: 0"))
     app.until(lambda: len(seen.skewPlace.plot.values("skew")) > 2)
     assert [seen.cameraTable.topLevelItem(row).text(0) for row in (0, 1)] == ["left", "right"]
     app.until(lambda: "no link" in seen.outcomeLabel.text())
