@@ -15,6 +15,7 @@ import pyqtgraph as pg
 from PyQt5.QtCore import QObject, QPoint, Qt
 from PyQt5.QtWidgets import (
     QAction,
+    QInputDialog,
     QLabel,
     QMessageBox,
     QToolTip,
@@ -118,6 +119,14 @@ def question_box(parent: QWidget, text: str, detail: str) -> QMessageBox:
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(text)
     box.setInformativeText(plain(detail))  # this label guesses whatever the box's format is
+    return box
+
+
+def input_box(parent: QWidget, title: str, text: str) -> QInputDialog:
+    """Return a box that asks for a value, still without its kind."""
+    box = QInputDialog(parent)
+    box.setWindowTitle(title)
+    box.setLabelText(plain(text))
     return box
 
 

@@ -7,6 +7,7 @@ from PyQt5.QtWidgets import QAction, QActionGroup, QInputDialog, QMenu
 
 from grabbergui.models.language import localized
 from grabbergui.recording.thinning import ALL_FRAMES, Thinning
+from grabbergui.ui.shown_text import input_box
 from grabbergui.ui.views.recording_bars import RecordingBar
 
 MOST_FRAMES, MOST_SECONDS = 1_000_000, 86_400.0
@@ -54,10 +55,8 @@ class FramesToRecordController(QObject):
         box.open()
 
     def _ask(self, text: str) -> QInputDialog:
-        self.question = box = QInputDialog(self._bar.window())
+        self.question = box = input_box(self._bar.window(), self.tr("Frames to record"), text)
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setWindowTitle(self.tr("Frames to record"))
-        box.setLabelText(text)
         box.finished.connect(self._on_question_finished)
         return box
 

@@ -269,13 +269,19 @@ def tune(day, first):
     until(lambda: first.exposure == 25000, "25 ms")
     day.agrees("typed")
     # Quick changes of one feature are one step; the menu says how far it goes back.
-    before, after = re.findall(r"[\d.]+", operator.ask("window.actionUndo.text()"))
-    assert float(after) == 25000
+    until(lambda: undone(operator)[1] == 25000, "the typed value in the menu")
+    before, _ = undone(operator)
     operator.keys("ctrl+z")
-    until(lambda: first.exposure == float(before), "the exposure from before")
+    until(lambda: first.exposure == before, "the exposure from before")
     day.agrees("taken back")
     operator.keys("ctrl+shift+z")
     until(lambda: first.exposure == 25000, "25 ms")
+
+
+def undone(operator):
+    """Return the values of the menu's *Undo*: before and after the change."""
+    before, after = re.findall(r"[\d.]+", operator.ask("window.actionUndo.text()"))
+    return float(before), float(after)
 
 
 def trigger(day, first):

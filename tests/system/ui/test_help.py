@@ -41,7 +41,7 @@ def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(app, mo
     app.until(lambda: doctor.stateLabel.text() == "1 fault, 1 warning")
     assert threads == ["doctor"]
     assert [row.levelLabel.text() for row in doctor.rows] == ["OK", "Fault", "Warning"]
-    assert [row.mendButton.isVisible() for row in doctor.rows] == [False, False, True]
+    app.until(lambda: [row.mendButton.isVisible() for row in doctor.rows] == [False, False, True])
     app.qtbot.mouseClick(doctor.copyButton, Qt.LeftButton)
     text = QApplication.clipboard().text()
     assert "OK: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text

@@ -244,7 +244,14 @@ def test_while_a_region_is_drawn_all_else_steps_back(app):
         place = canvas.frameToView(x, y).toPoint()
         return canvas.grab().toImage().pixelColor(place).value()
 
-    before = light(100, 100), light(700, 500)
+    seen = []
+
+    def still():
+        seen.append((light(100, 100), light(700, 500)))
+        return len(seen) > 5 and len(set(seen[-5:])) == 1
+
+    app.until(still)  # frames that were on their way when it was paused are painted, too
+    before = seen[-1]
     app.qtbot.mousePress(canvas.viewport(), Qt.LeftButton, pos=begin)
     moved = QMouseEvent(QEvent.MouseMove, QPointF(end), Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
     QApplication.sendEvent(canvas.viewport(), moved)
