@@ -122,7 +122,7 @@ def question_box(parent: QWidget, text: str, detail: str) -> QMessageBox:
     return box
 
 
-def input_box(parent: QWidget, title: str, text: str) -> QInputDialog:
+def input_box(parent: QWidget | None, title: str, text: str) -> QInputDialog:
     """Return a box that asks for a value, still without its kind."""
     box = QInputDialog(parent)
     box.setWindowTitle(title)
