@@ -7,6 +7,7 @@ from collections.abc import Container, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 
+from psygnal import EmitLoopError
 from typing_extensions import override
 
 from grabbergui.core.errors import (
@@ -291,7 +292,14 @@ class DeviceGrabber(ReconnectingGrabber):
         return self.device.silence() if self.streaming else ""
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        if len(self.features_changed):
+        if not len(self.features_changed):
+            return
+        try:
+            self.features_changed.emit(names)
+        except EmitLoopError as error:
+            if not isinstance(error.__cause__, ReferenceError):
+                raise
+            # A listener was dropped by another thread just now: the others are told (again).
             self.features_changed.emit(names)
 
     def _event_already_on(self) -> bool:

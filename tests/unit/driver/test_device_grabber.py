@@ -235,6 +235,20 @@ def test_a_value_under_its_automatic_mode_is_reported(camera):
     until(lambda: camera.feature("ExposureTime").value > 100)
 
 
+def test_a_listener_that_is_dropped_meanwhile_keeps_no_news_from_the_others(camera):
+    """What psygnal raises where another thread drops a listener while it is told."""
+    reported = []
+
+    def gone(_: frozenset[str]) -> None:
+        camera.features_changed.disconnect(gone)
+        raise ReferenceError("weakly-referenced object no longer exists")
+
+    camera.features_changed.connect(gone)
+    camera.features_changed.connect(reported.append)
+    camera.write_feature("Gain", 3.0)
+    assert any("Gain" in names for names in reported)
+
+
 def test_read_only_beside_another_application():
     grabber = sources.create("sim:")
     grabber.open(Access.MONITOR)
