@@ -299,7 +299,7 @@ class DeviceGrabber(ReconnectingGrabber):
         except EmitLoopError as error:
             if not isinstance(error.__cause__, ReferenceError):
                 raise
-            # A listener was dropped by another thread just now: the others are told (again).
+            # Another thread removed a listener just now; notify the others again.
             self.features_changed.emit(names)
 
     def _event_already_on(self) -> bool:

@@ -40,5 +40,5 @@ def test_the_command_records_a_time_lapse(tmp_path, capsys):
     out = tmp_path / "run.npy"
     source = "sim:?width=64&height=48&fps=40"
     code = main(["record", source, "--out", str(out), "-n", "3", "--interval", "0.2", "--json"])
-    told = json.loads(capsys.readouterr().out)
-    assert code == 0 and told["frames"] == 3 and 0.38 <= told["seconds"] < 2
+    printed = json.loads(capsys.readouterr().out)
+    assert code == 0 and printed["frames"] == 3 and 0.38 <= printed["seconds"] < 2

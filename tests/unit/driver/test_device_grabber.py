@@ -236,7 +236,7 @@ def test_a_value_under_its_automatic_mode_is_reported(camera):
 
 
 def test_a_listener_that_is_dropped_meanwhile_keeps_no_news_from_the_others(camera):
-    """What psygnal raises where another thread drops a listener while it is told."""
+    """psygnal raises this where another thread removes a listener during the call."""
     reported = []
 
     def gone(_: frozenset[str]) -> None:
