@@ -304,7 +304,7 @@ class CommandParser(argparse.ArgumentParser):
         return f"{text}\nexample:\n  {self.example}\n" if self.example else text
 
 
-class _Parser(CommandParser):
+class _ProgramParser(CommandParser):
     """Ends its help with the kinds of source, which take a while to import."""
 
     def format_help(self) -> str:
@@ -326,7 +326,7 @@ def command_line(
     families: Iterable[str] = tuple(FAMILIES), guests: Iterable[str] | None = None
 ) -> argparse.ArgumentParser:
     """Return the parser of a command line with these families and guests' commands, by default all."""
-    parser = _Parser(
+    parser = _ProgramParser(
         prog="grabbergui",
         description=wrapped("Tune GenICam cameras live. Without a command, the window opens on SOURCE.")
         + "\n"

@@ -48,14 +48,14 @@ def without_traps(formula: str, variables: Iterable[str] = ()) -> str:
     if len(formula) > LONGEST or not _FUNCTIONS.isdisjoint(variables):
         return refused
     try:
-        parser = _Parser(formula)
+        parser = _FormulaParser(formula)
         rewritten = parser.formula()
     except ValueError:
         return refused
     return rewritten if parser.guarded else formula
 
 
-class _Parser:
+class _FormulaParser:
     """Recursive-descent parser that returns the text with every operation in parentheses.
 
     So GenApi computes exactly what was parsed here, whatever its precedence rules. Raises ValueError.

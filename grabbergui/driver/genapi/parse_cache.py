@@ -130,7 +130,7 @@ def parsed(xml: str) -> Iterator[str]:
                 forget(xml)
                 raise
             return
-        with _Parser() if ready else nullcontext() as parser:  # starts up while this process vets
+        with _ParserProcess() if ready else nullcontext() as parser:  # starts up while this process vets
             text = f"{vetted(xml)}<!--{secrets.token_hex(16)}-->"
             filled = parser is not None and parser.parse(text)
         if not filled:
@@ -189,7 +189,7 @@ def _own_folder() -> Iterator[bool]:
         _remove(_cache.folder)
 
 
-class _Parser:
+class _ParserProcess:
     """The parsing process, which ends with the block. It imports GenApi before its first request."""
 
     def __init__(self) -> None:
@@ -207,7 +207,7 @@ class _Parser:
         except OSError as error:
             log.info("a large description is parsed by this process: %s", error)
 
-    def __enter__(self) -> _Parser:
+    def __enter__(self) -> _ParserProcess:
         return self
 
     def __exit__(self, *_: object) -> None:

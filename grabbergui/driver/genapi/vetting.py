@@ -63,7 +63,7 @@ def vetted(xml: str) -> str:
     """
     # The text is decoded already; another encoding in its declaration would make GenApi read other text.
     xml = '<?xml version="1.0" encoding="utf-8"?>' + mended(_DECLARATION.sub("", xml, count=1))
-    reader = _Reader(xml.encode())
+    reader = _DescriptionReader(xml.encode())
     _require_bounded_chains(reader.nodes)
     _require_bounded_tree(reader.nodes)
     _require_bounded_reading(reader.nodes)
@@ -92,7 +92,7 @@ class _Element:
     "Offset of its opening tag, in bytes."
 
 
-class _Reader:
+class _DescriptionReader:
     """One pass over the XML: the graph of its nodes, and the replacements in the text."""
 
     def __init__(self, data: bytes) -> None:

@@ -139,7 +139,7 @@ def describe(
     model: str, fourccs: Sequence[str], sizes: FrameSizes, controls: Sequence[Control]
 ) -> WebcamDescription:
     """Make the description; `sizes` are those of the current pixel format."""
-    writer = _Writer()
+    writer = _DescriptionWriter()
     writer.device()
     writer.image_format([code for code in fourccs if code in PFNC_NAMES], sizes)
     writer.acquisition()
@@ -154,7 +154,7 @@ def resolution_value(width: int, height: int) -> int:
     return width << 32 | height
 
 
-class _Writer:
+class _DescriptionWriter:
     """Collects nodes and the categories that list them."""
 
     def __init__(self) -> None:

@@ -79,7 +79,7 @@ class Bottle(list[Item]):
 
     def encode_parts(self, dialect: Dialect = Dialect.YARP3, *, specialise: bool = True) -> list[Buffer]:
         """Return the binary form in pieces, so that a large blob need not be copied."""
-        writer = _Writer(dialect, specialise)
+        writer = _BottleWriter(dialect, specialise)
         writer.bottle(self)
         return writer.pieces()
 
@@ -108,7 +108,7 @@ class Bottle(list[Item]):
 
         In a stream, find the end first with `framing.BottleScanner`. Raises RemoteProtocolError.
         """
-        reader = _Reader(memoryview(data).cast("B"), offset, dialect)
+        reader = _BottleReader(memoryview(data).cast("B"), offset, dialect)
         bottle = cls(reader.whole())
         # Remember the encoding, so that the Bottle is written as it was received.
         bottle.specialised = reader.specialised
@@ -162,7 +162,7 @@ _CODES: Final[dict[Dialect, dict[type, int]]] = {
 """By class, subclasses first. That of an int depends on its value."""
 
 
-class _Writer:
+class _BottleWriter:
     """Appends values to a message; a large blob becomes a piece of its own, which is not copied."""
 
     def __init__(self, dialect: Dialect, specialise: bool) -> None:
@@ -239,7 +239,7 @@ class _Writer:
             self._small = bytearray()
 
 
-class _Reader:
+class _BottleReader:
     """Decodes one message; every read is checked against its end."""
 
     def __init__(self, data: memoryview, offset: int, dialect: Dialect) -> None:

@@ -59,7 +59,7 @@ def parse_text(text: str, dialect: Dialect = Dialect.YARP3, nested: _Nested = li
     Reads every character once at any depth. Raises RemoteProtocolError if brackets or quotes do not match,
     and for more than `MAX_ITEMS` items or `MAX_DEPTH` nested lists.
     """
-    return _Parser(text, dialect, nested).items()
+    return _BottleTextParser(text, dialect, nested).items()
 
 
 class Nesting:
@@ -91,7 +91,7 @@ class Nesting:
                 self._depth[mark] += 1
 
 
-class _Parser:
+class _BottleTextParser:
     """Walks through a text once, depth first."""
 
     def __init__(self, text: str, dialect: Dialect, nested: _Nested) -> None:

@@ -40,14 +40,14 @@ def cache(tmp_path, monkeypatch) -> Path:
 @pytest.fixture
 def runs(monkeypatch):
     """The files in the cache after each process that parsed."""
-    seen, really = [], parse_cache._Parser.parse
+    seen, really = [], parse_cache._ParserProcess.parse
 
     def parse(parser, text):
         done = really(parser, text)
         seen.append([path.suffix for path in FOLDER.iterdir()])
         return done
 
-    monkeypatch.setattr(parse_cache._Parser, "parse", parse)
+    monkeypatch.setattr(parse_cache._ParserProcess, "parse", parse)
     return seen
 
 
@@ -94,7 +94,7 @@ def test_without_shared_memory_it_is_parsed_here_and_the_log_names_it(monkeypatc
 
 
 def test_a_process_that_ends_half_way_leaves_no_half_result(monkeypatch):
-    really = parse_cache._Parser.parse
+    really = parse_cache._ParserProcess.parse
 
     def parse(parser, text):
         really(parser, text)
@@ -102,7 +102,7 @@ def test_a_process_that_ends_half_way_leaves_no_half_result(monkeypatch):
         result.write_bytes(result.read_bytes()[:1000])
         return False
 
-    monkeypatch.setattr(parse_cache._Parser, "parse", parse)
+    monkeypatch.setattr(parse_cache._ParserProcess, "parse", parse)
 
     assert load(LARGE).has_node("Width")
 
