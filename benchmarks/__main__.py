@@ -1,6 +1,6 @@
 """Runs all benchmarks, or the named one, and writes docs/benchmarks.md and docs/reliability.md.
 
-    python -m benchmarks [NAME [OPTION …]] [--only-write]
+    python -m benchmarks [NAME [OPTION …]]
 
 A benchmark with a function `measure(arguments) -> Section` fills a section of the document; one that has only
 `main(arguments)` prints.
@@ -16,7 +16,7 @@ import traceback
 from typing import Any
 
 import benchmarks
-from benchmarks import _document, reliability
+from benchmarks import _document
 from benchmarks._results import Section
 
 
@@ -31,34 +31,28 @@ def main() -> None:
         epilog="Options after a NAME are that benchmark's own: python -m benchmarks.NAME --help.",
     )
     parser.add_argument("name", nargs="?", metavar="NAME", choices=names, help=f"of {', '.join(names)}")
-    parser.add_argument(
-        "--only-write", action="store_true", help="measure nothing; write the pages from what was kept"
-    )
     options, rest = parser.parse_known_args()
     if rest and not options.name:
         parser.error(f"{' '.join(rest)}: name the benchmark that this is for")
     chosen = [options.name] if options.name else names
     failed = []
-    if options.only_write and "reliability" in chosen:
-        reliability.write()
-    for name in [] if options.only_write else chosen:
+    for name in chosen:
         print(f"== {name}", flush=True)
         began = time.monotonic()
         if not run(name, importlib.import_module(modules[name]), rest):
             failed.append(name)
         print(f"== {name} took {time.monotonic() - began:.0f} s\n", flush=True)
-    _document.rewrite()
     if failed:
         raise SystemExit(f"not measured: {', '.join(failed)}; the page keeps what it said of them")
 
 
 def run(name: str, module: Any, arguments: list[str]) -> bool:
-    """Measure, print and store; return whether that succeeded. A failure does not stop the others."""
+    """Measure, print and write; return whether that succeeded. A failure does not stop the others."""
     try:
         if hasattr(module, "measure"):
             section: Section = module.measure(arguments)
             print(_document.markdown(section))
-            if not section.keep(name):
+            if not _document.put(section):
                 print(f"{name}: without {section.lacking}, so the page keeps what it said.")
         elif hasattr(module, "main"):
             module.main(arguments)

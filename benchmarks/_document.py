@@ -1,4 +1,4 @@
-"""Writes docs/benchmarks.md and its charts from stored results. The same results give the same document."""
+"""Writes sections of docs/benchmarks.md and their charts. The same results give the same section."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-from benchmarks._results import KEPT, Chart, Section, Table
+from benchmarks._results import Chart, Section, Table
 
 DOCUMENT = Path(__file__).parents[1] / "docs/benchmarks.md"
 IMAGES = "images/benchmarks"
@@ -34,39 +34,41 @@ ORDER = (
     "The simulated sensor",
 )
 """Sections in the order in which they are read; others follow."""
+GOAL = re.compile(r"^\| (.+?) \| (.+?) \| (yes|\*\*no\*\*) \|$", re.MULTILINE)
+"""A row of a section's table of goals: what is asked, what was measured, whether that meets it."""
 _COLOURS = ("#3d7ea6", "#e08e45", "#6aa84f", "#a64d79", "#8c8c8c", "#c2b280", "#46627f")
 
 
-def rewrite(document: Path = DOCUMENT, kept: Path = KEPT) -> None:
-    """Put every stored section into the document. Sections without a stored result stay unchanged."""
+def put(section: Section, document: Path = DOCUMENT) -> bool:
+    """Put a section into the document, in place of its former one; draw its charts.
+
+    Return False, and leave all as it is, if it lacks a comparison that the former one has.
+    """
     chapters = _chapters(document.read_text(encoding="utf-8") if document.exists() else "")
-    drawing = find_spec("matplotlib") is not None
-    if not drawing:
+    former = chapters.get(section.title)
+    if former and section.lacking and f"without {section.lacking}." not in former:
+        return False
+    chapters[section.title] = markdown(section)
+    if find_spec("matplotlib") is None:
         print("The charts stay as they are: matplotlib is not installed (make setup).")
-    sections = [Section.kept(path) for path in sorted(kept.glob("*.json"))]
-    for section in sections:
-        chapters[section.title] = markdown(section)
-        for chart in section.charts if drawing else ():
+    else:
+        for chart in section.charts:
             draw(chart, document.parent / IMAGES / f"{chart.name}.svg")
     titles = [title for title in ORDER if title in chapters]
     titles += [title for title in chapters if title not in ORDER]
     bodies = [chapters[title].strip() + "\n" for title in titles]
-    text = "\n".join([PREAMBLE, *_summary(sections, titles), *bodies])
-    document.write_text(text, encoding="utf-8")
+    summary = _summary([(title, row) for title in titles for row in GOAL.findall(chapters[title])])
+    document.write_text("\n".join([PREAMBLE, *summary, *bodies]), encoding="utf-8")
+    return True
 
 
-def _summary(sections: list[Section], titles: list[str]) -> list[str]:
+def _summary(goals: list[tuple[str, tuple[str, str, str]]]) -> list[str]:
     """Return how many goals are met, and a list of those that are not."""
-    goals = [(section.title, goal) for section in sections for goal in section.goals]
     if not goals:
         return []
-    missed = [(title, goal) for title, goal in goals if not goal.met]
-    missed.sort(key=lambda one: titles.index(one[0]))
-    lines = [f"Of the {len(goals)} goals in the tables below, {len(goals) - len(missed)} are met."]
-    if missed:
-        lines[0] += " Not met:"
-        lines += ["", *(f"- {title}: {goal.asked}: {goal.measured}" for title, goal in missed)]
-    return ["\n".join(lines) + "\n"]
+    missed = [f"- {title}: {asked}: {measured}" for title, (asked, measured, met) in goals if met != "yes"]
+    line = f"Of the {len(goals)} goals in the tables below, {len(goals) - len(missed)} are met."
+    return ["\n".join([f"{line} Not met:", "", *missed] if missed else [line]) + "\n"]
 
 
 def _chapters(text: str) -> dict[str, str]:
@@ -87,7 +89,8 @@ def markdown(section: Section) -> str:
     if section.reading:
         parts.append("\n".join(f"- {point}" for point in section.reading))
     if section.machine:
-        parts.append(f"Measured on {section.machine}.")
+        lacking = f", without {section.lacking}" if section.lacking else ""
+        parts.append(f"Measured on {section.machine}{lacking}.")
     return "\n\n".join(parts) + "\n"
 
 

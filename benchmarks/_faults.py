@@ -13,10 +13,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from benchmarks._document import table
-from benchmarks._results import KEPT, Table
+from benchmarks._results import Table
 
 DOCUMENT = Path(__file__).parents[1] / "docs/reliability.md"
-RESULTS = KEPT / "reliability"
+RESULTS = Path(__file__).parent / "results/reliability"
 PREAMBLE = """# Reliability
 
 These faults were injected into running programs. The tables show what was lost, and how long the recovery

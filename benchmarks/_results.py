@@ -1,14 +1,11 @@
-"""Results of a benchmark: tables, charts and goals as plain data, kept as JSON between runs."""
+"""Results of a benchmark: tables, charts and goals as plain data."""
 
 from __future__ import annotations
 
-import json
 import os
 import platform
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-
-KEPT = Path(__file__).parent / "results"
 
 
 @dataclass(frozen=True)
@@ -63,26 +60,6 @@ class Section:
     machine: str = ""
     lacking: str = ""
     "The program that was missing for the comparison; such a section never replaces a complete one."
-
-    def keep(self, name: str, folder: Path = KEPT) -> bool:
-        """Store the section, so that the document can be written again without measuring.
-
-        Return False, without storing it, if it lacks a comparison that the stored one has.
-        """
-        path = folder / f"{name}.json"
-        if self.lacking and path.exists() and not Section.kept(path).lacking:
-            return False
-        folder.mkdir(exist_ok=True)
-        text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
-        path.write_text(text + "\n", encoding="utf-8")
-        return True
-
-    @classmethod
-    def kept(cls, path: Path) -> Section:
-        values = json.loads(path.read_text(encoding="utf-8"))
-        for key, kind in (("tables", Table), ("charts", Chart), ("goals", Goal)):
-            values[key] = [kind(**item) for item in values[key]]
-        return cls(**values)
 
 
 def machine() -> str:

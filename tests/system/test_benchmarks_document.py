@@ -1,4 +1,4 @@
-"""The page of benchmarks is made from stored results only."""
+"""The page of benchmarks is written section by section, and keeps the others."""
 
 import re
 from dataclasses import replace
@@ -23,18 +23,17 @@ SECTION = Section(
 )
 
 
-def test_a_stored_section_is_read_back(tmp_path):
-    SECTION.keep("speed", tmp_path)
-
-    assert Section.kept(tmp_path / "speed.json") == SECTION
-
-
 def test_a_section_without_its_peer_does_not_replace_a_complete_one(tmp_path):
+    pytest.importorskip("matplotlib")
+    document = tmp_path / "benchmarks.md"
     lacking = replace(SECTION, lacking="the peer")
-    assert lacking.keep("speed", tmp_path)
-    assert SECTION.keep("speed", tmp_path)
-    assert not lacking.keep("speed", tmp_path)
-    assert Section.kept(tmp_path / "speed.json") == SECTION
+
+    assert _document.put(lacking, document)
+    assert "Measured on 2 cores, without the peer.\n" in document.read_text()
+    assert _document.put(lacking, document)
+    assert _document.put(SECTION, document)
+    assert not _document.put(lacking, document)
+    assert "Measured on 2 cores.\n" in document.read_text()
 
 
 def test_markdown_shows_rows_goals_and_charts():
@@ -46,20 +45,22 @@ def test_markdown_shows_rows_goals_and_charts():
     assert "![Speed](images/benchmarks/speed.svg)" in text
 
 
-def test_only_measured_sections_are_replaced(tmp_path):
+def test_only_the_measured_section_is_replaced(tmp_path):
     pytest.importorskip("matplotlib")
     document = tmp_path / "benchmarks.md"
-    document.write_text("# Old\n\n## By hand\n\nwords\n\n## Speed\n\nold figures\n\n## Last\n\nmore\n")
-    SECTION.keep("speed", tmp_path)
+    other = "| goal | measured | met |\n| --- | --- | --- |\n| no wait | 2 ms | **no** |\n"
+    document.write_text(f"# Old\n\n## By hand\n\n{other}\n## Speed\n\nold figures\n\n## Last\n\nmore\n")
 
-    _document.rewrite(document, tmp_path)
+    _document.put(SECTION, document)
 
     text = document.read_text()
     assert text.startswith("# Benchmarks\n") and "old figures" not in text
     titles = [line for line in text.splitlines() if line.startswith("## ")]
     assert titles == ["## By hand", "## Speed", "## Last"]
-    assert "Of the 2 goals" in text and "1 are met. Not met:\n\n- Speed: no loss: 3 lost\n" in text
-    assert "words\n" in text and text.endswith("more\n")
+    missed = "- By hand: no wait: 2 ms\n- Speed: no loss: 3 lost\n"
+    assert f"Of the 3 goals in the tables below, 1 are met. Not met:\n\n{missed}\n" in text
+    assert other in text and text.endswith("more\n")
+    assert (tmp_path / "images/benchmarks/speed.svg").exists()
 
 
 def test_the_same_results_give_the_same_bytes(tmp_path):
