@@ -67,7 +67,7 @@ class SourceKind(str, Enum):
         return _FORMS[self]
 
 
-_MODULES: dict[str, str] = {
+MODULES: dict[str, str] = {
     SourceKind.SIM: "grabbergui.driver.sim.device",
     SourceKind.GIGE: "grabbergui.driver.gige.device",
     SourceKind.U3V: "grabbergui.driver.u3v.device",
@@ -216,7 +216,7 @@ def discover_kind(scheme: str, timeout: float = 1.0) -> list[DeviceInfo]:
 
 
 def _known(uri: SourceUri) -> SourceUri:
-    if uri.scheme not in _MODULES:
+    if uri.scheme not in MODULES:
         known = ", ".join(f"{scheme}:" for scheme in schemes())
         raise UsageError(f"'{uri}' is of no known kind; there are {known}")
     return uri
@@ -237,11 +237,11 @@ def _load(scheme: str) -> ModuleType:
     if scheme in _LINUX_ONLY and sys.platform != "linux":
         raise SourceUnavailableError(f"{scheme}: sources exist on Linux only, and this is {sys.platform}")
     try:
-        return importlib.import_module(_MODULES[scheme])
+        return importlib.import_module(MODULES[scheme])
     except ImportError as error:
         raise SourceUnavailableError(f"{scheme}: sources cannot be used: {explained(error)}") from error
     except Exception as error:
-        log.info("loading %s", _MODULES[scheme], exc_info=True)
+        log.info("loading %s", MODULES[scheme], exc_info=True)
         raise SourceUnavailableError(
             f"{scheme}: sources need a package that is installed but broken"
             f" ({type(error).__name__}: {error}); install grabbergui again in a new environment"

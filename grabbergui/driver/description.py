@@ -105,10 +105,10 @@ def fetch_description(urls: Iterable[str], read: Callable[[int, int], bytes]) ->
 def _fetch(location: LocalFile | Path, read: Callable[[int, int], bytes]) -> bytes:
     if isinstance(location, LocalFile):
         return unpack(read(location.address, location.length))
-    return unpack(_read_file(location))
+    return unpack(read_file(location))
 
 
-def _read_file(path: Path) -> bytes:
+def read_file(path: Path) -> bytes:
     """Read a regular file below the user's folder. Raises RemoteProtocolError for others, OSError."""
     folder = os.environ.get(FOLDER_VARIABLE)
     if not folder:

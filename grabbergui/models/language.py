@@ -65,7 +65,7 @@ def QT_TRANSLATE_NOOP(context: str, text: str) -> str:
     return text
 
 
-_SENTENCES = (
+SENTENCES = (
     # A camera that is lost
     QT_TRANSLATE_NOOP("Drivers", "the camera is lost: {0}"),
     QT_TRANSLATE_NOOP("Drivers", "the camera did not answer for {0} s"),
@@ -224,7 +224,7 @@ def driver_text(text: object) -> str:
 def _patterns() -> tuple[tuple[str, re.Pattern[str]], ...]:
     return tuple(
         (text, re.compile(re.sub(r"\\{\d\\}", "(.+?)", re.escape(text)), re.DOTALL))
-        for text in (*_SENTENCES, *_guests_sentences)
+        for text in (*SENTENCES, *_guests_sentences)
     )
 
 

@@ -75,6 +75,11 @@ class OnePush:
         self._current: TuningRun | None = None
         self._thread: threading.Thread | None = None
 
+    @property
+    def running(self) -> bool:
+        """Whether a tuning runs."""
+        return self._current is not None
+
     def start(
         self, name: str, tuning: Tuning, grabber: ChangeTrackingGrabber, features: FeatureTreeModel
     ) -> bool:

@@ -33,7 +33,8 @@ class PreTriggerBuffer:
         self._bytes = 0
         self._until = float("-inf")
         "Time of capture until which frames are passed on."
-        self._newest = 0.0
+        self.newest = 0.0
+        "Time of capture of the newest frame that was taken."
         self._lock = threading.Lock()
         self._queue = FrameQueue(QUEUE_DEPTH)
         self._sink = FrameSink(source, self._take, name="pre-trigger", depth=8)
@@ -57,7 +58,7 @@ class PreTriggerBuffer:
         """Record what is kept, and what follows."""
         with self._lock:
             self.triggers += 1
-            self._until = self._newest + self._after
+            self._until = self.newest + self._after
             while self._kept:
                 self._queue.put(self._kept.popleft()[0])
             self._bytes = 0
@@ -70,7 +71,7 @@ class PreTriggerBuffer:
         copy = frame.detached()
         size = sum(part.data.nbytes for part in copy.parts) or copy.nbytes
         with self._lock:
-            self._newest = frame.captured
+            self.newest = frame.captured
             if frame.captured <= self._until:
                 self._queue.put(copy)
                 return

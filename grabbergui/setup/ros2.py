@@ -78,7 +78,7 @@ def install_ros2(
         }
         _pip(*_BUILD_TOOLS, *_WHEELS, environment=variables)
         variables["AMENT_PREFIX_PATH"] = prefixes = str(prefix)
-        _forget_build_machine(prefix / "share")
+        forget_build_machine(prefix / "share")
     missing = (folder for folder in also if not _importable(folder.name, variables))
     for package in (INTERFACES, PROGRAM, *missing):
         say(f"building {package.name}")
@@ -125,7 +125,7 @@ def _check_sourced_rclpy(distribution: str, environment: dict[str, str]) -> None
         )
 
 
-def _forget_build_machine(share: Path) -> None:
+def forget_build_machine(share: Path) -> None:
     """Remove folders of the machine that built the wheels from their CMake files; CMake insists on them."""
     for file in share.rglob("*.cmake"):
         text = file.read_text("utf-8", errors="surrogateescape")

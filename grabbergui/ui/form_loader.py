@@ -17,8 +17,8 @@ from PyQt5.QtWidgets import (
 from grabbergui.ui.shown_text import make_plain
 from grabbergui.ui.theme import apply_icons
 
-_FORMS = Path(__file__).with_name("forms")
-_PACKAGE = Path(__file__).parents[1]
+FORMS = Path(__file__).with_name("forms")
+PACKAGE = Path(__file__).parents[1]
 
 
 def load_form(form: str | Path, into: QWidget) -> None:
@@ -27,7 +27,7 @@ def load_form(form: str | Path, into: QWidget) -> None:
     `form` is the name of a file in `ui/forms`, without its ending, or the path of another.
     The form's children become attributes of `into`, by their object names. Its labels show plain text.
     """
-    built = _form(form if isinstance(form, Path) else _FORMS / f"{form}.ui")()
+    built = form_class(form if isinstance(form, Path) else FORMS / f"{form}.ui")()
     built.setupUi(into)
     for label in into.findChildren(QLabel):
         make_plain(label)
@@ -38,12 +38,12 @@ def load_form(form: str | Path, into: QWidget) -> None:
 
 def compile_forms() -> None:
     """Compile all forms, after an installation into a folder that its users may not write to."""
-    for form in _PACKAGE.rglob("forms/*.ui"):
-        _form(form)
+    for form in PACKAGE.rglob("forms/*.ui"):
+        form_class(form)
 
 
 @cache
-def _form(path: Path) -> type[Any]:
+def form_class(path: Path) -> type[Any]:
     """Return the class that Qt's compiler makes of a form; its `setupUi` fills a widget."""
     code = _FormLoader(path.stem, str(path)).get_code(path.stem)
     assert code is not None, "get_code answers None only for modules without code"

@@ -85,7 +85,7 @@ class Pacer(QObject):
         self._jobs: OrderedDict[Hashable, Callable[[], None]] = OrderedDict()
         self._timer = QTimer(self)
         self._timer.setInterval(0)
-        self._timer.timeout.connect(self._on_timer_timeout)
+        self._timer.timeout.connect(self.run_turn)
 
     def add(self, key: Hashable, job: Callable[[], None]) -> None:
         """Run `job` in one of the next turns."""
@@ -103,7 +103,8 @@ class Pacer(QObject):
         """Whether no job waits."""
         return not self._jobs
 
-    def _on_timer_timeout(self) -> None:
+    def run_turn(self) -> None:
+        """Run waiting jobs for one turn."""
         deadline = time.perf_counter() + TURN
         while self._jobs and time.perf_counter() < deadline:
             _, job = self._jobs.popitem(last=False)

@@ -62,6 +62,10 @@ class ScriptedGrabber(FrameGrabber):
         self.known[name] = replace(self.known[name], **changes)  # type: ignore[arg-type]
         self.features_changed.emit(frozenset([name]))
 
+    def send(self, frame: Frame) -> None:
+        """Deliver a frame to all consumers."""
+        self._fanout.put(frame)
+
     def open(self, access: Access = Access.CONTROL) -> None:
         self._access = Access.MONITOR if access is Access.MONITOR else Access.CONTROL
 

@@ -28,7 +28,7 @@ def main(rate: float, width: int, height: int, addresses: list[str]) -> None:
     for other in cameras[1:]:
         cameras[0].wire_to(other)
     clocks = {
-        camera.address: (camera.model._device_clock.to_monotonic(0), drift)
+        camera.address: (camera.model.device_clock.to_monotonic(0), drift)
         for camera, drift in zip(cameras, drifts, strict=True)
     }
     print(json.dumps(clocks), flush=True)

@@ -5,6 +5,7 @@ A test waits for a thread by joining it, by its event, or by `patience.until`.
 
 from __future__ import annotations
 
+import inspect
 import sys
 import threading
 import time
@@ -61,7 +62,8 @@ class Watch:
 
     def sleep(self, seconds: float) -> None:
         """Sleep in place of `time.sleep`, where that may be. No time at all only lets others work."""
-        caller = sys._getframe(1).f_globals.get("__name__")
+        frame = inspect.currentframe()
+        caller = frame.f_back.f_globals.get("__name__") if frame and frame.f_back else ""
         if seconds and threading.current_thread() is threading.main_thread() and caller != WAITING:
             self._refuse("time.sleep")
         SLEEP(seconds)

@@ -56,7 +56,7 @@ def test_a_bad_value_is_refused_with_the_allowed_ones(uri, allowed):
 
 
 def test_the_simulated_camera_has_a_register_for_every_option():
-    assert set(power_on._REGISTERS) == {entry.name for entry in fields(SourceKind.SIM.options)}
+    assert set(power_on.REGISTERS) == {entry.name for entry in fields(SourceKind.SIM.options)}
 
 
 def test_help_lists_every_option(capsys):

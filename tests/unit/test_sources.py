@@ -23,7 +23,7 @@ from grabbergui.core.errors import SourceUnavailableError
 def test_a_kind_whose_package_cannot_be_loaded_is_named_with_the_reason(text, said, tmp_path, monkeypatch):
     (tmp_path / "kind_of_source_under_test.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setitem(sources._MODULES, "v4l2", "kind_of_source_under_test")
+    monkeypatch.setitem(sources.MODULES, "v4l2", "kind_of_source_under_test")
     with pytest.raises(SourceUnavailableError, match=said):
         sources.create("v4l2:")
     assert sources.discover_kind("v4l2") == []

@@ -33,7 +33,7 @@ _LEVELS = (
 
 Each level is taken from left to right. `?:` belongs to the weakest, so `a ? b : c = d` is `(a ? b : c) = d`.
 """
-_RANK = {operator: rank for rank, operators in enumerate(_LEVELS) for operator in operators}
+RANK = {operator: rank for rank, operators in enumerate(_LEVELS) for operator in operators}
 
 
 def without_traps(formula: str, variables: Iterable[str] = ()) -> str:
@@ -93,7 +93,7 @@ class _FormulaParser:
 
     def _continued(self, left: str, rank: int) -> str:
         """Parse all operations of this rank that follow `left`."""
-        while _RANK.get(self._peek()) == rank:
+        while RANK.get(self._peek()) == rank:
             operator = self._take()
             right = self._binary(rank + 1) if rank + 1 < len(_LEVELS) else self._operand()
             left = self._operation(left, operator, right)

@@ -41,7 +41,7 @@ def register_callback(node: Any, note: Callable[[str], None]) -> int:
         if leaks:
             _release(value)
 
-    return _register(node, changed)
+    return register(node, changed)
 
 
 @functools.cache
@@ -50,12 +50,13 @@ def binding_leaks() -> bool:
     given: list[weakref.ref[Any]] = []
     nodes = load(_PROBE)
     node = nodes.get_node("Probe").node
-    handle = _register(node, lambda value: given.append(weakref.ref(value)))
+    handle = register(node, lambda value: given.append(weakref.ref(value)))
     node.invalidate_node()
     node.deregister_callback(handle)
     return bool(given) and all(value() is not None for value in given)
 
 
-def _register(node: Any, callback: Callable[[Any], None]) -> int:
+def register(node: Any, callback: Callable[[Any], None]) -> int:
+    """Have the binding call `callback` after each change of a node; return a handle to end it."""
     handle: int = genapi.register(node, callback, genapi.ECallbackType.cbPostInsideLock)
     return handle

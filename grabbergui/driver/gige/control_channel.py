@@ -126,13 +126,13 @@ class Exchange:
 class ControlChannel:
     """All exchanges with one device, matched to acknowledges by their request ids."""
 
-    def __init__(self, timing: ControlTiming | None = None) -> None:
+    def __init__(self, timing: ControlTiming | None = None, first_request_id: int = 1) -> None:
         self.timing = timing or ControlTiming()
         self.ignored = 0
         "Datagrams that acknowledged no exchange in progress."
         self._exchanges: dict[int, Exchange] = {}
         self._outgoing: list[bytes] = []
-        self._next_id = 1
+        self._next_id = first_request_id
         self._impatient: set[bool] = set()
         """Whether writes (True) or reads (False) may be postponed briefly only.
 

@@ -97,8 +97,8 @@ class CameraModel:
         """
         self.sensor = Sensor(scene)
         self._video = H264Encoder()
-        self._device_clock = clock or SimulatedClock()
-        self._clock = self._device_clock.monotonic
+        self.device_clock = clock or SimulatedClock()
+        self._clock = self.device_clock.monotonic
         self._changed = threading.Condition(threading.RLock())
         self._woken = False
         self._pending_events: list[tuple[EventSelector, int, int]] = []
@@ -141,7 +141,7 @@ class CameraModel:
 
     def timestamp(self) -> int:
         """Return the device's clock: ns since power-on or reset, or the network's time under PTP."""
-        return self._device_clock.now()
+        return self.device_clock.now()
 
     def stop(self) -> None:
         """End the acquisition, as when control is lost."""
@@ -159,7 +159,7 @@ class CameraModel:
     def trigger_action(self, at: int | None = None) -> bool:
         """Execute an action command, now or at a device time; return whether a trigger listens to Action1."""
         with self._changed:
-            moment = self._clock() if at is None else self._device_clock.to_monotonic(at)
+            moment = self._clock() if at is None else self.device_clock.to_monotonic(at)
             heard = [self._trigger(which, moment) for which in self._listening(TriggerSource.ACTION1)]
             self._changed.notify_all()
         self._send_events()
@@ -221,7 +221,7 @@ class CameraModel:
 
     def _await_end(self, plan: FramePlan) -> None:
         """Wait for the end of an exposure. The caller holds the lock, which is released while waiting."""
-        end = self._device_clock.to_monotonic(plan.timestamp_ns) + int(plan.settings.exposure_us * 1000)
+        end = self.device_clock.to_monotonic(plan.timestamp_ns) + int(plan.settings.exposure_us * 1000)
         # No longer than it was early, if the device's clock was set meanwhile.
         end = min(end, self._clock() + int(self.sensor.scene.ahead * 1e9))
         while (left := end - self._clock()) > 0 and self.streaming:
@@ -232,8 +232,8 @@ class CameraModel:
         if taken is None:
             return None
         frame_id, start = taken
-        self._device_clock.discipline()
-        settings, timestamp = self._obeyed_settings(), self._device_clock.to_device(start)
+        self.device_clock.discipline()
+        settings, timestamp = self._obeyed_settings(), self.device_clock.to_device(start)
         values = {
             Chunk.FRAME_ID: frame_id,
             Chunk.TIMESTAMP: timestamp,
@@ -390,7 +390,7 @@ class CameraModel:
 
     def _on_line_edge(self, high: bool, at: int) -> None:
         event = EventSelector.LINE1_RISING_EDGE if high else EventSelector.LINE1_FALLING_EDGE
-        self._queue_event(event, self._sequencer.frames_taken, self._device_clock.to_device(at))
+        self._queue_event(event, self._sequencer.frames_taken, self.device_clock.to_device(at))
         self._trigger_by_edge(TriggerSource.LINE1, high, at)
 
     def _trigger_by_edge(self, source: TriggerSource, rising: bool, at: int) -> None:
@@ -411,7 +411,7 @@ class CameraModel:
             self._queue_event(
                 EventSelector.FRAME_TRIGGER_MISSED,
                 self._sequencer.frames_taken,
-                self._device_clock.to_device(moment),
+                self.device_clock.to_device(moment),
             )
         return taken
 
@@ -424,16 +424,16 @@ class CameraModel:
 
     def _follow_ptp(self) -> None:
         on = bool(self.memory.integer(reg.PTP_ENABLE))
-        self._device_clock.follow(on)
+        self.device_clock.follow(on)
         self.memory.set(reg.PTP_STATUS, PtpStatus.SLAVE if on else PtpStatus.DISABLED)
 
     def _latch_ptp(self) -> None:
-        self.memory.set(reg.PTP_OFFSET_FROM_MASTER, self._device_clock.offset_from_master())
+        self.memory.set(reg.PTP_OFFSET_FROM_MASTER, self.device_clock.offset_from_master())
 
     def _reset_timestamp(self) -> None:
-        if self._device_clock.following:
+        if self.device_clock.following:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "PTP sets the clock")
-        self._device_clock.reset()
+        self.device_clock.reset()
 
     def _reset(self) -> None:
         self._stop()
@@ -446,7 +446,7 @@ class CameraModel:
             self.memory.set(register, 0)
         self.memory.set(reg.PTP_ENABLE, 0)
         self._follow_ptp()
-        self._device_clock.reset()
+        self.device_clock.reset()
         if self.on_reset:
             self.on_reset()
 

@@ -24,7 +24,7 @@ def _pixel_format(text: str) -> int:
         raise ValueError("no such pixel format") from None
 
 
-_REGISTERS: dict[str, tuple[Register, Callable[[str], RegisterValue], _Show]] = {
+REGISTERS: dict[str, tuple[Register, Callable[[str], RegisterValue], _Show]] = {
     "width": (reg.WIDTH, int, "{:g}".format),
     "height": (reg.HEIGHT, int, "{:g}".format),
     "fps": (reg.FRAME_RATE, float, "{:g}".format),
@@ -61,7 +61,7 @@ def power_on_values(uri: SourceUri) -> dict[Register, RegisterValue]:
     read_options(SimulatedOptions, uri)  # refuses an unknown option; the registers check the values
     values: dict[Register, RegisterValue] = {}
     for name, text in uri.options.items():
-        register, convert, show = _REGISTERS[name]
+        register, convert, show = REGISTERS[name]
         try:
             value = convert(text)
             register.check(value)

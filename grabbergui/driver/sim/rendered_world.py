@@ -26,7 +26,7 @@ Matrix = NDArray[np.float64]
 _NEAR = 0.05
 "Metres before the camera at which things are cut off."
 _LEVELS = 6
-_pyramids: dict[int, dict[bool, list[NDArray[np.uint16]]]] = {}
+pyramids: dict[int, dict[bool, list[NDArray[np.uint16]]]] = {}
 "By the texture's id, as long as that lives, and whether they are grey."
 
 
@@ -113,10 +113,10 @@ def _pyramid(texture: Texture, grey: bool) -> list[NDArray[np.uint16]]:
     (rows, columns, 4), the radiance multiplied by the opacity. In `grey` it is three times the same: OpenCV
     projects four channels of 16 bits faster than any other number.
     """
-    kinds = _pyramids.get(id(texture))
+    kinds = pyramids.get(id(texture))
     if kinds is None:
-        kinds = _pyramids[id(texture)] = {}
-        weakref.finalize(texture, _pyramids.pop, id(texture), None)
+        kinds = pyramids[id(texture)] = {}
+        weakref.finalize(texture, pyramids.pop, id(texture), None)
     levels = kinds.get(grey)
     if levels is None:
         light: Any = texture[..., :3] * np.array([UNIT * answer for answer in ILLUMINANT], np.float32)

@@ -74,7 +74,7 @@ class U3vDevice(Device):
         self._identified = False
         "True once `info` comes from the camera itself."
         self._name = name
-        self._backend = backend
+        self.backend = backend
         self._largest_transfer = largest_transfer
         self._transfers_in_flight = transfers_in_flight
         self._access = Access.CONTROL
@@ -96,7 +96,7 @@ class U3vDevice(Device):
         """Open the camera. The USB claim is exclusive, so MONITOR also excludes others."""
         if self._handle is not None:
             return self._access
-        camera = find_camera(self._name, self._backend, self.info if self._identified else None)
+        camera = find_camera(self._name, self.backend, self.info if self._identified else None)
         self.lost = ""
         handle = UsbHandle(camera.backend, camera.device_id, camera.info.title)
         try:

@@ -50,7 +50,7 @@ class V4l2Device(Device):
         """`name`: a path, a serial number, a bus or a model's name; empty means the first found."""
         super().__init__(info)
         self._name = name
-        self._opener = opener
+        self.opener = opener
         self._video: VideoDevice | None = None
         self._layout = WebcamDescription(b"")
         self._known: DeviceInfo | None = None
@@ -59,7 +59,7 @@ class V4l2Device(Device):
     @override
     def open(self, access: Access) -> Access:
         info = self._found()
-        video = self._opener(info.address)
+        video = self.opener(info.address)
         try:
             formats = [code for code in video.formats() if code in PFNC_NAMES]
             current = video.format().fourcc

@@ -311,4 +311,4 @@ def test_a_camera_on_the_head_is_where_the_head_is_though_its_clock_is_set():
         pose(model.timestamp())
         now = time.monotonic()
         assert seen[-1] == pytest.approx(now, abs=5.0)
-        model._device_clock._epoch -= 3600 * 10**9
+        model.device_clock._epoch -= 3600 * 10**9

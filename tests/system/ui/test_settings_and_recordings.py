@@ -196,7 +196,7 @@ def test_a_file_without_settings_is_reported(app, tmp_path):
 
 
 def test_a_recording_is_made_and_played_back(app, monkeypatch):
-    monkeypatch.setitem(sources._MODULES, "file", "grabbergui.recording.playback")
+    monkeypatch.setitem(sources.MODULES, "file", "grabbergui.recording.playback")
     bar = app.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MCAP))
     app.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)

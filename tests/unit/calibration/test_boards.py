@@ -152,11 +152,12 @@ ROW = [(number, 1) for number in range(1, 10)]
     ],
 )
 def test_a_view_determines_the_perspective_of_the_board(monkeypatch, fields, seen):
-    board = CharucoBoard(12, 12, 0.03, 0.022, "5X5_100")
     ids = np.array([[(y - 1) * 11 + x - 1] for x, y in fields], np.int32)
     corners = np.array([[[40 * x, 40 * y]] for x, y in fields], np.float32)
     monkeypatch.setattr(boards, "_refined", lambda grey, board, image, factor, square: image)
-    board._detector = SimpleNamespace(detectBoard=lambda grey: (corners, ids, (), None))
+    detector = SimpleNamespace(detectBoard=lambda grey: (corners, ids, (), None))
+    monkeypatch.setattr(cv2.aruco, "CharucoDetector", lambda *_: detector)
+    board = CharucoBoard(12, 12, 0.03, 0.022, "5X5_100")
     view = board.find(np.zeros((480, 480), np.uint8))
     assert (view is not None) == seen
     if view is not None:

@@ -35,7 +35,7 @@ def test_the_folders_of_the_build_machine_are_forgotten(tmp_path):
     file = tmp_path / "a" / "export.cmake"
     file.parent.mkdir()
     file.write_text('set(x "/usr/include;/opt/python/cp311-cp311/include/python3.11;/b")', "utf-8")
-    ros2._forget_build_machine(tmp_path)
+    ros2.forget_build_machine(tmp_path)
     assert file.read_text("utf-8") == 'set(x "/usr/include;/b")'
 
 

@@ -37,6 +37,11 @@ def sink_of(stream, consume, sinks, **options):
     return sink
 
 
+def running():
+    """Return the names of all threads."""
+    return {thread.name for thread in threading.enumerate()}
+
+
 def test_every_frame_is_delivered_in_order(stream, sinks):
     seen = []
     sink = sink_of(stream, lambda one: seen.append(one.frame_id), sinks, depth=50)
@@ -119,9 +124,9 @@ def test_an_unhandled_failure_is_logged(stream, sinks, caplog):
 
 
 def test_a_sink_ends_with_its_source(stream, sinks):
-    sink = sink_of(stream, lambda one: None, sinks)
+    sink_of(stream, lambda one: None, sinks)
     stream.close()
-    until(lambda: not sink._thread.is_alive())
+    until(lambda: "test sink" not in running())
 
 
 def test_a_sink_that_reopens_waits_for_its_source_without_spinning(stream, sinks):
@@ -164,9 +169,9 @@ def test_a_sink_that_is_stopped_while_it_opens_a_queue_again_keeps_none(sinks):
             return super().open_queue(depth)
 
     source = Source()
-    sink = sink_of(source, lambda one: None, sinks, reopens=True)
+    sink_of(source, lambda one: None, sinks, reopens=True)
     source.close()
-    until(lambda: not sink._thread.is_alive())
+    until(lambda: "test sink" not in running())
     assert source.consumers == 0
 
 

@@ -144,7 +144,7 @@ def description(path):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(FOLDER_VARIABLE, str(path.parent))
-        descriptions._read_file(path)
+        descriptions.read_file(path)
 
 
 def upload(path):

@@ -24,10 +24,17 @@ class Counting:
         return self.counted
 
 
+class Receiving(XmlDevice):
+    """A device with a stream of the test's."""
+
+    def receive(self, stream):
+        self._receiving = stream
+
+
 def test_what_was_counted_stays_when_the_stream_is_gone_but_nothing_runs_any_more():
-    device, stream = XmlDevice(b""), Counting()
+    device, stream = Receiving(b""), Counting()
     assert device.stream_statistics() == StreamStatistics()
-    device._receiving = stream
+    device.receive(stream)
     assert device.stream_statistics() is stream.counted
     device.close_stream()
     device.close_stream()
@@ -36,8 +43,8 @@ def test_what_was_counted_stays_when_the_stream_is_gone_but_nothing_runs_any_mor
 
 
 def test_nobody_changes_what_was_counted():
-    device = XmlDevice(b"")
-    device._receiving = Counting()
+    device = Receiving(b"")
+    device.receive(Counting())
     device.close_stream()
     device.stream_statistics().frames = 99
     assert device.stream_statistics().frames == 5

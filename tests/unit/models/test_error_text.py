@@ -106,7 +106,7 @@ def test_every_known_sentence_is_still_used():
     files = [path for room in rooms for path in (root / room).rglob("*.py")]
     files.append(root / "sources.py")
     said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))
-    for template in language._SENTENCES:
+    for template in language.SENTENCES:
         parts = sorted(re.split(r"\{\d\}(?: s)?|; ", template), key=len)[-2:]
         assert any(len(part) > 7 and part.strip(" ,(") in said for part in parts), template
 

@@ -53,7 +53,7 @@ def test_a_paused_history_does_not_change():
 def test_it_follows_a_grabber_and_starts_over_with_the_next():
     history, grabber = FrameHistory(), ScriptedGrabber()
     history.attach(grabber)
-    grabber._fanout.put(image(7))
+    grabber.send(image(7))
     until(lambda: ids(history) == [7])
     assert history.detach(5)
     assert ids(history) == [7]
@@ -75,11 +75,10 @@ def test_a_frame_that_is_copied_while_the_source_changes_is_not_kept():
             return frame
 
     history.attach(first)
-    old = history._sink
-    first._fanout.put(Slow())
+    first.send(Slow())
     assert copying.wait(PATIENCE)
     history.attach(second)
     copied.set()
-    assert old.stop(PATIENCE)
+    until(lambda: [thread.name for thread in threading.enumerate()].count("history") == 1)
     assert ids(history) == []
     assert history.detach(PATIENCE)

@@ -182,4 +182,5 @@ def test_nothing_is_left_of_a_source_that_is_closed(stand):
     stand.link.open_sources.close_current()
     stand.model.refresh()
     assert len(stand.camera.features_changed) < heard
-    assert stand.model.of(None).condition is Condition.CLOSED and source not in stand.model._watches
+    assert stand.model.of(None).condition is Condition.CLOSED
+    assert stand.model.of(source) == SourceStatus(Condition.STARTING), "only what the source itself knows"

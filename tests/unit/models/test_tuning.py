@@ -107,10 +107,10 @@ def test_only_one_at_a_time(stage):
         return "done"
 
     assert s.push.start("Slow", slow, s.tracked_grabber, s.features)
-    assert entered.wait(PATIENCE) and s.push._current
+    assert entered.wait(PATIENCE) and s.push.running
     assert not s.push.start("Other", slow, s.tracked_grabber, s.features)
     leave.set()
-    assert s.push.wait(PATIENCE) and not s.push._current
+    assert s.push.wait(PATIENCE) and not s.push.running
     assert s.results == ["done"]
 
 

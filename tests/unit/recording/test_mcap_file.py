@@ -5,6 +5,7 @@ import os
 import struct
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 
 import lz4.frame
 import numpy as np
@@ -53,12 +54,20 @@ def test_a_camera_that_counts_from_one_again_keeps_the_device_times_of_its_first
         assert [recording.frame(index, 0).timestamp_ns for index in range(6)] == list(range(1000, 1006))
 
 
-def test_a_write_that_does_not_fit_leaves_complete_frames(tmp_path):
-    writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
+def test_a_write_that_does_not_fit_leaves_complete_frames(tmp_path, monkeypatch):
+    really, disks = Path.open, []
+
+    def on_a_full_disk(path, mode="r", **options):
+        disks.append(FullDisk(really(path, mode, **options), 10**6))
+        return disks[-1]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "open", on_a_full_disk)
+        writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
     frames = [made("Mono8", index) for index in range(6)]
     writer.write(frames[0])
-    # The package's writer holds its stream; ours sees the same object fail.
-    writer._writer._Writer__stream = FullDisk(writer._file, 5000)
+    (disk,) = disks
+    disk.room = 5000
     with pytest.raises(OSError, match="space"):
         for frame in frames[1:]:
             writer.write(frame)

@@ -24,6 +24,7 @@ from grabbergui.core.pfnc import PixelFormat
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import playback
 from grabbergui.recording.errors import RecordingError
+from grabbergui.recording.folder import FolderRecording
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.opening import open_recording
 from grabbergui.recording.recorder import create_writer
@@ -206,14 +207,14 @@ def test_it_continues_after_a_stop_and_start(player):
 
 
 def test_a_start_during_a_stop_leaves_one_player(player, monkeypatch):
-    reading, go_on, really = threading.Event(), threading.Event(), player._recording.frame
+    reading, go_on, really = threading.Event(), threading.Event(), FolderRecording.frame
 
-    def slow(index, received_ns):
+    def slow(recording, index, received_ns):
         reading.set()
         assert go_on.wait(PATIENCE)
-        return really(index, received_ns)
+        return really(recording, index, received_ns)
 
-    monkeypatch.setattr(player._recording, "frame", slow)
+    monkeypatch.setattr(FolderRecording, "frame", slow)
     player.start()
     assert reading.wait(PATIENCE)
     threads = [threading.Thread(target=call) for call in (player.stop, player.start)]

@@ -162,7 +162,7 @@ def wrong_edge(seed):
         bench.evidence = replace(bench.evidence, activation="FallingEdge")
     pulses = bench.pulses(slow(bench))
     bench.run(bench.levels(pulses, bench.random.randint(MS // 4, 3 * MS)))
-    clock = bench.model._device_clock
+    clock = bench.model.device_clock
     return bench.result(sent=tuple(map(clock.to_device, pulses)))
 
 
@@ -171,7 +171,7 @@ def well_with_a_leader(seed):
     pulses = bench.pulses(slow(bench))
     bench.run(bench.levels(pulses, bench.random.randint(MS // 4, 3 * MS)))
     shift = bench.random.randint(-300_000, 300_000)  # of the leader's clock
-    clock = bench.model._device_clock
+    clock = bench.model.device_clock
     return bench.result(sent=tuple(clock.to_device(time) + shift for time in pulses), clock_ns=300_000)
 
 
@@ -189,7 +189,7 @@ def busy_leader(seed):
     bench.run(bench.levels(pulses, bench.random.randint(MS // 4, 2 * MS)))
     del bench.seen["rising"][bench.random.randrange(PULSES)]
     sent = bench.random.sample(pulses, PULSES - seed % 4)
-    clock = bench.model._device_clock
+    clock = bench.model.device_clock
     return bench.result(sent=tuple(sorted(map(clock.to_device, sent))), sent_lost=seed % 4, clock_ns=200_000)
 
 

@@ -24,17 +24,17 @@ FORM = """<ui version="4.0"><class>Card</class><widget class="QWidget" name="Car
 @pytest.fixture
 def forms(tmp_path, monkeypatch):
     (folder := tmp_path / "forms").mkdir()
-    monkeypatch.setattr(form_loader, "_FORMS", folder)
-    monkeypatch.setattr(form_loader, "_PACKAGE", tmp_path)
+    monkeypatch.setattr(form_loader, "FORMS", folder)
+    monkeypatch.setattr(form_loader, "PACKAGE", tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
-    form_loader._form.cache_clear()
+    form_loader.form_class.cache_clear()
     yield folder
-    form_loader._form.cache_clear()
+    form_loader.form_class.cache_clear()
 
 
 def loaded(qtbot):
     """Load the form as a program does that starts now."""
-    form_loader._form.cache_clear()
+    form_loader.form_class.cache_clear()
     card = QWidget()
     qtbot.addWidget(card)
     load_form("card", card)
@@ -93,7 +93,7 @@ def spanish(form):
     return {m.findtext("source"): m.findtext("translation") for c in contexts for m in c.iter("message")}
 
 
-@pytest.mark.parametrize("file", sorted(form_loader._FORMS.glob("*.ui")), ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", sorted(form_loader.FORMS.glob("*.ui")), ids=lambda file: file.stem)
 def test_a_letter_presses_one_control(file):
     """Alt+N moved the cursor to a field instead of pressing Next."""
     form = ElementTree.parse(file).getroot()

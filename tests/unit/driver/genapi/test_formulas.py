@@ -16,7 +16,7 @@ HEAD = """<?xml version="1.0" encoding="utf-8"?>
  ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
  MajorVersion="1" MinorVersion="0" SubMinorVersion="0" ProductGuid="1" VersionGuid="1">
 <Category Name="Root"/><Port Name="Device"/>"""
-OPERATORS = sorted(formulas._RANK)
+OPERATORS = sorted(formulas.RANK)
 
 
 def computed(formula: str, **variables: int) -> int | None:

@@ -46,7 +46,7 @@ class Handed:
 
 def test_that_the_binding_leaks_is_found_out_and_not_assumed(monkeypatch):
     """On a binding that lets go by itself, letting go once more would free what is in use."""
-    kept, register = [], node_callbacks._register
+    kept, register = [], node_callbacks.register
 
     def mended(node, callback):
         return register(node, lambda value: callback(Handed(value.node)))
@@ -58,7 +58,7 @@ def test_that_the_binding_leaks_is_found_out_and_not_assumed(monkeypatch):
 
         return register(node, call)
 
-    monkeypatch.setattr(node_callbacks, "_register", mended)
+    monkeypatch.setattr(node_callbacks, "register", mended)
     assert binding_leaks.__wrapped__() is False
-    monkeypatch.setattr(node_callbacks, "_register", leaking)
+    monkeypatch.setattr(node_callbacks, "register", leaking)
     assert binding_leaks.__wrapped__() is True

@@ -135,10 +135,8 @@ def test_pending_ack_moves_the_deadline_and_stops_the_retries() -> None:
     start = next(i for i, line in enumerate(conversation) if line.data[2:4] == b"\0\x86")
     command, pending = conversation[start : start + 2]
     answer = next(line for line in conversation[start + 2 :] if line.data[2:4] == b"\0\x87")
-    channel = ControlChannel()
+    channel = ControlChannel(first_request_id=0x64)
     _, payload = gvcp.split_command(command.data)
-    while channel._next_id != 0x64:
-        channel._advance_id()
     exchange = channel.start(gvcp.WriteMem.decode(payload), 0.0)
     assert list(channel.datagrams()) == [command.data]
     channel.receive(pending.data, 0.0)

@@ -67,15 +67,16 @@ def test_any_datagram_is_heard_or_counted(datagram: bytes) -> None:
 def test_of_events_beyond_the_limit_the_oldest_are_dropped_with_a_warning(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    gate, reported = threading.Event(), []
+    begun, gate, reported = threading.Event(), threading.Event(), []
 
     def slow(event_id: int, message: bytes) -> None:
+        begun.set()
         gate.wait(PATIENCE)
         reported.append(event_id)
 
     delivery = EventDelivery(slow, "slow")
     delivery.put(0, b"")
-    until(lambda: not delivery._waiting)
+    assert begun.wait(PATIENCE)
     for number in range(1, MOST_WAITING + 11):
         delivery.put(number, b"")
     gate.set()

@@ -129,10 +129,10 @@ def test_the_scene_opens_by_its_uri():
 
 def test_the_smaller_copies_of_a_texture_go_with_it():
     """A board drawn as large as it is printed takes 20 MB with them, and each camera has its own."""
-    before = len(world._pyramids)
+    before = len(world.pyramids)
     texture = marker_board(0, 20).copy()
     image = np.zeros((512, 608, 3), np.uint16)
     draw(Panel(at(0.8, 0, 0.5), 0.16, 0.16, texture), image, np.linalg.inv(CAMERA), pinhole(settings()))
-    assert image.any() and len(world._pyramids) == before + 1
+    assert image.any() and len(world.pyramids) == before + 1
     del texture
-    assert len(world._pyramids) == before
+    assert len(world.pyramids) == before

@@ -174,7 +174,7 @@ def test_a_camera_without_a_usable_driver_is_listed_and_refused_in_plain_words()
 def test_a_second_host_learns_that_the_camera_is_in_use(plug_in) -> None:
     _, device = plug_in()
     device.open(Access.CONTROL)
-    second = U3vDevice(backend=device._backend)
+    second = U3vDevice(backend=device.backend)
     with pytest.raises(AccessDeniedError, match="another application"):
         second.open(Access.CONTROL)
     device.close()

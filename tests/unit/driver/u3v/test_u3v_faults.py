@@ -215,7 +215,7 @@ def test_opening_that_fails_at_any_step_leaves_nothing_behind(plug_in) -> None:
     simulated, device = plug_in()
     device.open(Access.CONTROL)
     device.close()
-    commands, bus = simulated.commands_seen, device._backend
+    commands, bus = simulated.commands_seen, device.backend
     threads = set(threading.enumerate())
     for step in range(1, commands):
         simulated.plug_in()

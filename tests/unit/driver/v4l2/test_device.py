@@ -27,6 +27,7 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.features import AccessMode, FeatureKind
+from grabbergui.core.frame import BufferPool
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.sfnc import Role
@@ -166,9 +167,11 @@ def test_one_that_was_left_in_a_format_that_cannot_be_shown_is_opened_and_says_s
         assert queue.get(PATIENCE).raw().shape == (480, 640)
 
 
-def test_frames_for_which_no_buffer_is_free_are_counted_once(video: FakeVideo) -> None:
+def test_frames_for_which_no_buffer_is_free_are_counted_once(
+    video: FakeVideo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(BufferPool, "take", lambda self: None)
     stream = V4l2Stream(video, StreamRequest(0), lambda frame: None, lambda why: None)  # type: ignore[arg-type]
-    stream._pool.take = lambda: None  # type: ignore[method-assign]
     until(lambda: stream.statistics().underruns >= 2)
     stream.close()
     video.close()
@@ -245,7 +248,7 @@ def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
     camera.start()
     queue.get(PATIENCE)
     fresh = FakeVideo()
-    camera.device._opener = lambda path: fresh  # type: ignore[attr-defined]
+    camera.device.opener = lambda path: fresh  # type: ignore[attr-defined]
     video.unplugged = True
     until(lambda: states[-2:] == [ConnectionState.LOST, ConnectionState.OPEN], str(states))
     assert fresh.values[EXPOSURE] == 200
@@ -259,7 +262,7 @@ def test_a_webcam_that_is_unplugged_without_a_stream_comes_back_as_it_was(
     camera.connection_changed.connect(lambda state, why: states.append(state))
     camera.write_feature("ExposureTime", 20_000)
     fresh = FakeVideo()
-    camera.device._opener = lambda path: fresh  # type: ignore[attr-defined]
+    camera.device.opener = lambda path: fresh  # type: ignore[attr-defined]
     video.unplugged = True
     with pytest.raises(DeviceLostError, match="unplugged"):
         camera.write_feature("Gain", 9)
@@ -276,7 +279,7 @@ def test_a_webcam_is_opened_again_although_another_is_the_first_now(
     with pytest.raises(OtherCameraError, match="serial 8"):
         camera.open()
     monkeypatch.setattr(v4l2_device, "find", lambda: [other, INFO])
-    camera.device._opener = lambda path: FakeVideo()  # type: ignore[attr-defined]
+    camera.device.opener = lambda path: FakeVideo()  # type: ignore[attr-defined]
     camera.open()
     assert camera.info.serial == "7"
 

@@ -35,7 +35,7 @@ def test_the_newest_samples_are_kept_and_no_more(values, most):
     assert found.tolist() == kept
     assert times.tolist() == [float(n) for n in range(len(values) - len(kept), len(values))]
     assert len(history) == len(kept)
-    assert history._samples.nbytes <= 16 * max(256, 2 * most)
+    assert times.base.nbytes <= 16 * max(256, 2 * most)
 
 
 def test_only_requested_measurements_are_made():

@@ -8,7 +8,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QLineEdit, QShortcut
 
-from grabbergui.ui.editors.number_editors import FOLLOWING_MS
+from grabbergui.ui.editors.number_editors import FOLLOWING_MS, DelayedDisplay
 from sample_features import EXPOSURE, FREE, WIDE, WIDTH, K, feature
 
 
@@ -148,7 +148,9 @@ def test_the_windows_keys_are_the_windows_with_a_field_in_focus(take, qtbot, key
 def test_a_step_is_one_percent_finer_with_shift_coarser_with_ctrl(take, qtbot, modifier, taken):
     hand = take(EXPOSURE)
     qtbot.keyClick(hand.editor.field, Qt.Key_Up, modifier)
-    qtbot.waitUntil(lambda: hand.editor.field.text() != "10 ms" and not hand.editor._following.isActive())
+    displays = hand.editor.findChildren(DelayedDisplay)
+    qtbot.waitUntil(lambda: not any(each.isActive() for each in displays))
+    assert hand.editor.field.text() != "10 ms"
     qtbot.keyClick(hand.editor.slider(), Qt.Key_Down, modifier)
     assert hand.values[0] == taken
     assert hand.values[1] == pytest.approx(10000, rel=0.02)

@@ -11,6 +11,7 @@ from grabbergui.core.features import Category
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.gui_thread import Pacer
 from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel, Section
 from panel_harness import K, camera_features, feature
 from patience import PATIENCE, allowance, attempts, little_garbage
@@ -231,15 +232,16 @@ def test_rows_that_have_no_place_yet_are_not_painted_over_each_other(make_panel)
     d.panel.setTree(None)
     d.panel.setTree(tree, [description.name for description in tree.descriptions()])
     d.strip.setFavourites(list(tree.descriptions())[:3])
-    while not d.panel._pacer.idle:
-        d.panel._pacer._on_timer_timeout()  # a window may be painted before it is laid out
+    pacer = d.panel.findChild(Pacer)
+    while not pacer.idle:
+        pacer.run_turn()  # a window may be painted before it is laid out
     assert len(d.panel.findChildren(FeatureRow)) > 3
     assert not seen_over_each_other(d.panel) and not seen_over_each_other(d.strip)
 
 
 def test_all_sections_are_opened_and_closed_at_once(make_panel):
     d = make_panel()
-    sections = d.panel._section
+    sections = d.panel.findChild(Section)
     first = next(iter(sections.findChildren(Section)))
 
     def choose(text):

@@ -58,7 +58,8 @@ def test_a_name_is_shortened_by_whole_words_to_its_distinctive_part(qtbot, width
 
 
 def test_the_figures_that_matter_least_make_way(strip):
-    assert not any(label.isHidden() for label in strip._figures)
+    figures = (strip.lossLabel, strip.rateLabel, strip.formatLabel, strip.bandwidthLabel)
+    assert not any(label.isHidden() for label in figures)
     strip.resize(strip.stateLabel.sizeHint().width() + 330, 28)
     assert not strip.lossLabel.isHidden()
     assert strip.bandwidthLabel.isHidden()

@@ -99,7 +99,8 @@ def test_the_known_addresses_are_hidden_once_an_address_is_used(view, qtbot):
 
 def menu(view, row):
     """The entries of a line's menu."""
-    view._on_menu_requested(view.sourceList.visualItemRect(view.sourceList.item(row)).center())
+    place = view.sourceList.visualItemRect(view.sourceList.item(row)).center()
+    view.sourceList.customContextMenuRequested.emit(place)
     opened = view.findChildren(QMenu)[-1]
     texts = [action.text() for action in opened.actions()]
     opened.close()
