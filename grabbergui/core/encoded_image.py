@@ -190,7 +190,6 @@ def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
     if found := _NETPBM.match(bytes(file[:200])):
         return int(found[1]), int(found[2])
     return _tiff_size(file)
-    return None
 
 
 def _tiff_size(file: bytes | memoryview) -> tuple[int, int] | None:

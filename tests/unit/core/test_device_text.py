@@ -19,6 +19,7 @@ from grabbergui.core.device_text import text_field, text_of, xml_text
         (b"K\xe4fer\0", "Käfer"),
         (b"caf\xe9", "café"),
         (b"\x80 100\0", "€ 100"),
+        (b"\xe2\x82A", "â‚A"),
         (b"\0Cam", ""),
     ],
 )

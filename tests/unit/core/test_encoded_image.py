@@ -126,3 +126,11 @@ BEGINNINGS = (b"", b"\xff\xd8", b"\xff\xd8\xff\xc0", b"\x89PNG\r\n\x1a\n", b"BM"
 def test_any_bytes_have_a_size_or_none(begin, rest):
     size = encoded_image.announced_size(begin + rest)
     assert size is None or min(size) >= 0
+
+
+def test_a_header_is_enough_and_less_is_not():
+    for kind, size in ((".png", 24), (".bmp", 26)):
+        file = encoded(kind).tobytes()
+        assert encoded_image.announced_size(file[:size]) == (21, 13)
+        assert encoded_image.announced_size(file[: size - 1]) is None
+    assert encoded_image.announced_size(bmp_of(21, -13)) == (21, 13)

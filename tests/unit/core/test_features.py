@@ -11,6 +11,7 @@ from grabbergui.core.features import (
     FeatureDescription,
     FeatureKind,
     Representation,
+    coded_text,
     format_number,
     format_value,
 )
@@ -211,3 +212,20 @@ def test_coded_numbers_are_shown_and_read_in_their_own_spelling(representation, 
     for bad in ("10.0.0.256", "1.2.3", "zz:00:00:00:00:00", "words"):
         with pytest.raises(FeatureValueError, match=f"allowed: {allowed}"):
             feature.validated(bad)
+
+
+@pytest.mark.parametrize(
+    ("number", "representation", "text"),
+    [
+        (31, Representation.HEX_NUMBER, "0x1F"),
+        (-31, Representation.HEX_NUMBER, "-0x1F"),
+        (0, Representation.HEX_NUMBER, "0x0"),
+        (0xC0A8000A, Representation.IPV4_ADDRESS, "192.168.0.10"),
+        ((1 << 32) - 1, Representation.IPV4_ADDRESS, "255.255.255.255"),
+        (1 << 32, Representation.IPV4_ADDRESS, "0x100000000"),
+        (0x00111CF00001, Representation.MAC_ADDRESS, "00:11:1C:F0:00:01"),
+        (1 << 48, Representation.MAC_ADDRESS, "0x1000000000000"),
+    ],
+)
+def test_a_coded_number_is_written_in_its_spelling_if_it_fits(number, representation, text):
+    assert coded_text(number, representation) == text

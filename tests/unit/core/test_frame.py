@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from grabbergui.core.component import ComponentKind
 from grabbergui.core.frame import FEWEST_BUFFERS, MOST_BUFFERS, BufferPool, Frame
 from grabbergui.core.pfnc import by_name
 from patience import PATIENCE
@@ -132,3 +133,19 @@ def test_no_python_code_runs_when_a_buffer_is_released():
     finally:
         sys.setprofile(None)
     assert calls == [] and pool.in_use == 0
+
+
+def test_arrays_of_a_frame_are_what_libraries_expect():
+    frame = Frame(np.arange(12, dtype=np.uint8), 2, 2, by_name("RGB8"))
+    assert np.asarray(frame).tolist() == frame.raw().tolist()
+    assert np.asarray(frame, np.float32).dtype == np.float32
+    assert frame.bgr().tolist() == frame.rgb()[..., ::-1].tolist()
+    (part,) = frame.components
+    assert np.array(part, np.uint16, copy=True).tolist() == frame.raw().tolist()
+    assert part.bgr().tolist() == frame.bgr().tolist()
+
+
+def test_the_kind_of_a_plain_image_follows_from_its_pixels():
+    grey, distance = by_name("Mono8"), by_name("Coord3D_C16")
+    assert Frame(np.zeros(4, np.uint8), 2, 2, grey).components[0].kind is ComponentKind.INTENSITY
+    assert Frame(np.zeros(8, np.uint8), 2, 2, distance).components[0].kind is ComponentKind.RANGE

@@ -1,7 +1,9 @@
 import pytest
 
+from fakes import ScriptedGrabber
 from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.frame_queue import StreamStatistics
+from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.identity import DeviceInfo
 from three_knobs import NAMES, ThreeKnobs
 
@@ -59,3 +61,12 @@ def test_the_names_of_a_source_distinguish_it_from_others_of_its_model(info, tit
 
 def test_statistics_are_a_dictionary_for_json():
     assert StreamStatistics(frames=3).as_dict()["frames"] == 3
+
+
+def test_a_source_that_says_nothing_else_never_pauses():
+    assert ScriptedGrabber().pauses_for("Width") is False
+
+
+def test_an_event_is_shown_with_its_values():
+    assert str(DeviceEvent("ExposureEnd", 1, {})) == "ExposureEnd"
+    assert str(DeviceEvent("ExposureEnd", 1, {"A": 1, "B": "x"})) == "ExposureEnd: A=1, B=x"

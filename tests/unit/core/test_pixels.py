@@ -368,3 +368,21 @@ def test_malus_law_gives_degree_and_angle_back(angle, degree):
 
 def test_darkness_is_not_polarised():
     assert not polarisation(np.zeros((4, 4), np.uint16)).degree.any()
+
+
+@pytest.mark.parametrize(("width", "padding"), [(6, 0), (6, 3), (5, 1), (1, 0)])
+def test_pixels_of_a_group_that_is_cut_off_have_the_chroma_before_or_none(width, padding):
+    """Groups are U Y Y V Y Y. Without padding, they continue in the next line."""
+    yuv, line = pfnc.by_name("YUV411_8_UYYVYY"), -(-width * 3 // 2)
+    data = np.arange(2 * (line + padding) + 12, dtype=np.uint8)
+    found = unpacking.lines(Frame(data, width, 2, yuv, padding_x=padding), 0, 2)
+    for y in range(2):
+        start, first = (y * (line + padding), 0) if padding else (0, y * width)
+        end = start + line if padding else yuv.image_bytes(width, 2)
+        for x in range(width):
+            group, place = divmod(first + x, 4)
+            at = start + 6 * group
+            chroma = [each if each < end else each - 6 for each in (at, at + 3)]
+            expected = [data[each] if each >= start else 128 for each in chroma]
+            assert found[y, x, 1:].tolist() == expected
+            assert found[y, x, 0] == data[min(at + (1, 2, 4, 5)[place], end - 1)]

@@ -86,3 +86,8 @@ def test_a_region_outside_becomes_the_nearest_pixel():
     assert Region(500, -9, 10, 5).clipped(20, 10) == Region(19, 0, 1, 1)
     assert Region(-5, -5, 10, 10).clipped(20, 10) == Region(0, 0, 5, 5)
     assert Region(2, 3, 4, 5).clipped(20, 10) == Region(2, 3, 4, 5)
+
+
+def test_black_stays_black_without_a_bayer_pattern():
+    black = frame_of(np.zeros((8, 8), int), pfnc.by_name("SCF1WBWG8"))
+    assert not black.rgb().any() and not black.mono().any()

@@ -290,3 +290,13 @@ def test_the_mode_is_that_of_a_regular_file(tmp_path):
     (path := tmp_path / "file").touch()
     with open_regular(path) as file:
         assert stat.S_ISREG(os.fstat(file.fileno()).st_mode)
+
+
+@pytest.mark.parametrize(("most", "limit"), [(1 << 20, "1 MiB"), (3 << 20, "3 MiB"), (5 << 10, "5 KiB")])
+def test_the_limit_of_a_file_is_named(tmp_path, most, limit):
+    path = tmp_path / "large"
+    path.write_bytes(bytes(most))
+    assert len(read_bounded(path, most, "table")) == most
+    path.write_bytes(bytes(most + 1))
+    with pytest.raises(UsageError, match=limit):
+        read_bounded(path, most, "table")

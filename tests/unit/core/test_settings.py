@@ -10,7 +10,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureAccessError, FeatureError, UsageError
 from grabbergui.core.feature_instances import MAX_INSTANCES, instances
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.core.settings import SettingKey
+from grabbergui.core.settings import MOST_CHANGED, SettingKey, return_text, same_value
 from grabbergui.core.settle import BATCH, MAX_PASSES, Settled, settle
 
 RED, GREEN, BLUE = (
@@ -301,3 +301,31 @@ def test_other_callers_get_their_turn_between_batches_and_see_restored_selectors
     assert grabber.known["Selector"].value == "E0"
     back = [value for name, value, _ in grabber.writes if (name, value) == ("Selector", "E0")]
     assert len(back) == 2 * 3, "once for each batch, in writing and in looking again"
+
+
+def test_a_return_is_described_by_what_differs():
+    assert return_text([]) == "set as before"
+    assert return_text(["Gain: busy", "Width: 8"]) == "but not as before: Gain: busy; Width: 8"
+    changed = [f"F{number}" for number in range(MOST_CHANGED)]
+    listed = f"set as before; changed meanwhile, not by us: {'; '.join(changed)}"
+    assert return_text([], changed) == listed
+    assert return_text([], [*changed, "G", "H"]) == f"{listed}; and 2 more"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "same"),
+    [
+        (1.0, 1.0000009, True),
+        (1.0, 1.000002, False),
+        (1e-9, 2e-9, False),
+        ("0x1F", 31, True),
+        ("off", False, True),
+        ("yes", 0, False),
+        ("Mono8", "Mono16", False),
+        ("1.5", 1.5, True),
+        (10**400, 1.5, False),
+    ],
+)
+def test_values_are_compared_by_their_meaning(first, second, same):
+    assert same_value(first, second) is same
+    assert same_value(second, first) is same

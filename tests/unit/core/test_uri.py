@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from grabbergui import sources
 from grabbergui.core.errors import UsageError
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import SourceUri, U3vOptions, YarpOptions, read_options
 
 
 @pytest.mark.parametrize(
@@ -91,3 +91,33 @@ def test_a_wrong_address_is_called_one(text, remedy):
 @pytest.mark.parametrize("text", ["gige:192.168.0.10", "gige:40012345", "gige:1.5", "gige:00:11:1c:f0:00:01"])
 def test_other_names_of_cameras_stay(text):
     assert sources.create(text).info.uri == text
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "name", "value"),
+    [
+        ("u3v:?transfers=1", U3vOptions, "transfers", 1),
+        ("u3v:?transfers=1024", U3vOptions, "transfers", 1024),
+        ("u3v:?transfers=0", U3vOptions, "transfers", None),
+        ("u3v:?transfers=1025", U3vOptions, "transfers", None),
+        ("u3v:?transfers=many", U3vOptions, "transfers", None),
+        ("yarp:/a?components=0", YarpOptions, "components", False),
+        ("yarp:/a?components=", YarpOptions, "components", True),
+        ("yarp:/a?components=no", YarpOptions, "components", False),
+        ("yarp:/a?components=maybe", YarpOptions, "components", None),
+        ("yarp:/a", YarpOptions, "components", True),
+    ],
+)
+def test_an_option_has_a_value_that_is_allowed(text, kind, name, value):
+    if value is None:
+        with pytest.raises(UsageError, match=f"{name}=.*: write "):
+            read_options(kind, SourceUri.parse(text))
+    else:
+        assert getattr(read_options(kind, SourceUri.parse(text)), name) == value
+
+
+def test_an_unknown_option_is_answered_with_those_that_there_are():
+    with pytest.raises(UsageError, match="there are carrier, nameserver, bind, components"):
+        read_options(YarpOptions, SourceUri.parse("yarp:/a?x=1"))
+    with pytest.raises(UsageError, match=r"no option carier; did you mean carrier\?"):
+        read_options(YarpOptions, SourceUri.parse("yarp:/a?carier=tcp"))
