@@ -8,7 +8,7 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from grabbergui.core.pfnc import by_name
@@ -47,23 +47,21 @@ class Conditions:
     bandwidth: float = GIGABIT
     "Bytes per second; 0 for no limit."
     loss: float = 0.0
-    segmentation: bool = True
-    "Whether the kernel cuts packets out of large sends. It makes the camera faster, as a camera's hardware."
     counted: bool = False
     "Mono8 images at a constant rate, whose first pixel counts them, instead of the few lines."
 
 
-def serve(conditions: Conditions) -> None:
+def serve(conditions: Conditions, address: str) -> None:
     """Run the camera until standard input ends, then print when each block's last packet left."""
     from grabbergui.driver.sim.gige.faults import GigeFaults
     from grabbergui.driver.sim.gige.server import GigeCamera
 
     sent: dict[int, float] = {}
     camera = GigeCamera(
-        ADDRESS,
+        address,
         bandwidth=conditions.bandwidth,
         faults=GigeFaults(loss=conditions.loss),
-        segmentation=conditions.segmentation,
+        segmentation=True,  # the kernel cuts packets out of large sends, fast as a camera's hardware
         on_sent=lambda block_id: sent.__setitem__(block_id, time.monotonic()),
         power_on={
             reg.FRAME_RATE_ENABLE: 0,
@@ -78,18 +76,20 @@ def serve(conditions: Conditions) -> None:
 
 
 @contextlib.contextmanager
-def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
-    """Run a new camera process for a receiver.
+def camera_process(
+    conditions: Conditions, address: str = ADDRESS, enter: Sequence[str] = ()
+) -> Iterator[dict[int, float]]:
+    """Run a new camera process for a receiver; `enter` is put before its command.
 
     Yields when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
     """
-    command = [sys.executable, "-m", "benchmarks._gige_camera", str(conditions.bandwidth)]
-    command += [str(conditions.loss), str(int(conditions.segmentation)), str(int(conditions.counted))]
+    command = [*enter, sys.executable, "-m", "benchmarks._gige_camera", address, str(conditions.bandwidth)]
+    command += [str(conditions.loss), str(int(conditions.counted))]
     sent: dict[int, float] = {}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdin is not None
         if process.stdout.readline().strip() != "ready":
-            raise SystemExit(f"the camera did not come up at {ADDRESS}; is another one there?")
+            raise SystemExit(f"the camera did not come up at {address}; is another one there?")
         try:
             yield sent
         finally:
@@ -99,10 +99,9 @@ def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("address")
     parser.add_argument("bandwidth", type=float)
     parser.add_argument("loss", type=float)
-    parser.add_argument("segmentation", type=int)
     parser.add_argument("counted", type=int)
     chosen = parser.parse_args()
-    switches = bool(chosen.segmentation), bool(chosen.counted)
-    serve(Conditions(chosen.bandwidth, chosen.loss, *switches))
+    serve(Conditions(chosen.bandwidth, chosen.loss, bool(chosen.counted)), chosen.address)

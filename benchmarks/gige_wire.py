@@ -19,17 +19,13 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 from benchmarks._results import Chart, Goal, Section, Table, machine
+from benchmarks._wire import CAMERA, FLUSH_NS, inside, network_seconds, wire
 from grabbergui.core.errors import FeatureError, FrameTimeoutError
 
-CAMERA, HOST = "10.77.0.2", "10.77.0.1"
-FLUSH_NS = 50_000
-"How long the receiving end gathers packets, as a card's moderated interrupts do."
 ARAVIS, ARAVIS_CAMERA = "arv-camera-test-0.8", "arv-fake-gv-camera-0.8"
 OURS, UNPRIVILEGED, THEIRS, PLAIN = "ours", "ours, no privilege", "Aravis", "Aravis, no packet socket"
 WITHOUT_PRIVILEGE = ("setpriv", "--bounding-set=-all", "--inh-caps=-all")
@@ -117,57 +113,14 @@ def measure(arguments: list[str] | None = None) -> Section:
     )
 
 
-@contextmanager
-def wire() -> Iterator[tuple[str, str]]:
-    """Make the two namespaces; yield the camera's and the host's name. Removed afterwards."""
-    camera, host = f"camera{os.getpid()}", f"host{os.getpid()}"
-    with ExitStack() as stack:
-        for name in (camera, host):
-            run("ip", "netns", "add", name)
-            stack.callback(run, "ip", "netns", "del", name)
-        run(
-            "ip",
-            "link",
-            "add",
-            "eth0",
-            "netns",
-            host,
-            "type",
-            "veth",
-            "peer",
-            "name",
-            "eth0",
-            "netns",
-            camera,
-        )
-        for name, address in ((camera, CAMERA), (host, HOST)):
-            run("ip", "-n", name, "addr", "add", f"{address}/24", "dev", "eth0")
-            run("ip", "-n", name, "link", "set", "lo", "up")
-            run("ip", "-n", name, "link", "set", "eth0", "mtu", "9000", "up")
-        inside(camera, "ethtool", "-K", "eth0", "tso", "off", "gso", "off")
-        inside(host, "ethtool", "-K", "eth0", "gro", "on")
-        settings = {"threaded": 1, "gro_flush_timeout": FLUSH_NS, "napi_defer_hard_irqs": 2}
-        for setting, value in settings.items():
-            inside(host, "sh", "-c", f"echo {value} > /sys/class/net/eth0/{setting}")
-        yield camera, host
-
-
-def run(*command: str) -> None:
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-def inside(namespace: str, *command: str) -> None:
-    run("ip", "netns", "exec", namespace, *command)
-
-
 def observe(camera: str, host: str, case: Case, receiver: str, seconds: float) -> Run:
     """Let a receiver take what a fresh camera sends."""
-    command = ["ip", "netns", "exec", camera, ARAVIS_CAMERA, "-i", CAMERA, "-s", f"WIRE{os.getpid()}"]
+    command = [*inside(camera), ARAVIS_CAMERA, "-i", CAMERA, "-s", f"WIRE{os.getpid()}"]
     sender = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         time.sleep(0.5)  # it prints nothing when it is ready
         before = network_seconds()
-        enter = ["ip", "netns", "exec", host]
+        enter = inside(host)
         if receiver in (OURS, UNPRIVILEGED):
             privilege = WITHOUT_PRIVILEGE if receiver == UNPRIVILEGED else ()
             child = [sys.executable, "-m", "benchmarks.gige_wire", json.dumps(asdict(case)), str(seconds)]
@@ -203,18 +156,6 @@ def receive_with_aravis(
 def children_seconds() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def network_seconds() -> float:
-    """Return the CPU seconds of the kernel's polling threads."""
-    ticks = 0
-    for process in Path("/proc").iterdir():
-        if process.name.isdigit():
-            with suppress(OSError):
-                name, _, fields = (process / "stat").read_text().rpartition(")")
-                if "(napi/eth0" in name:
-                    ticks += sum(map(int, fields.split()[11:13]))
-    return ticks / os.sysconf("SC_CLK_TCK")
 
 
 def receive(case: Case, seconds: float) -> dict[str, float]:
