@@ -324,7 +324,8 @@ class PlaybackGrabber(FrameGrabber):
                 self._shown = index
             self._deliver(recording, index)
             with self._changed:
-                if self._state.playing and self._state.position == index:
+                # While it was delivered, the same position may have been sought again.
+                if self._state.playing and self._state.position == self._shown == index:
                     if at_position:
                         self._due = time.monotonic()
                     self._advance(recording, index)

@@ -191,7 +191,9 @@ class Operator:
         assert self.process.stdout is not None
         ready, _, _ = select.select([self.process.stdout], [], [], seconds)
         line = self.process.stdout.readline() if ready else ""
-        assert line, f"the window does not answer; it wrote:\n{self.complaints()}"
+        # The first to say why a window is gone is what it wrote: GenApi reports to stdout when a program ends.
+        is_answer = line.startswith("{")
+        assert is_answer, f"no answer ({line!r}); exit status {self.process.poll()}; stderr:\n{self.complaints()}"
         reply = json.loads(line)
         assert "error" not in reply, reply["error"]
         return reply["answer"]

@@ -138,6 +138,19 @@ def test_it_continues_from_a_position_that_was_sought(player):
     assert [queue.get(PATIENCE).frame_id for _ in range(4)] == [3, 4, 5, 0]
 
 
+def test_it_continues_from_there_even_if_it_is_just_being_shown(player, folder):
+    player.write_feature("PlaybackActive", False)
+    queue = player.open_queue(16)
+    player.start()
+    assert queue.get(PATIENCE).frame_id == 0
+    (folder / "3.png").write_bytes(b"no image")
+    # The notice comes while position 3 is delivered, on the player's own thread.
+    player.noticed.connect(lambda _: player.write_feature("PlaybackActive", True))
+    player.write_feature("PlaybackPosition", 3)
+    assert queue.get(PATIENCE).frame_id == 4
+    assert player.statistics().incomplete == 2
+
+
 def test_its_end_is_reported(player):
     player.write_feature("PlaybackLoop", False)
     player.write_feature("PlaybackSpeed", 20)
