@@ -191,9 +191,11 @@ class Operator:
         assert self.process.stdout is not None
         ready, _, _ = select.select([self.process.stdout], [], [], seconds)
         line = self.process.stdout.readline() if ready else ""
-        # The first to say why a window is gone is what it wrote: GenApi reports to stdout when a program ends.
+        # GenApi writes to stdout, too, when a program ends; what the window wrote says why it ended.
         is_answer = line.startswith("{")
-        assert is_answer, f"no answer ({line!r}); exit status {self.process.poll()}; stderr:\n{self.complaints()}"
+        assert is_answer, (
+            f"no answer ({line!r}); exit status {self.process.poll()}; stderr:\n{self.complaints()}"
+        )
         reply = json.loads(line)
         assert "error" not in reply, reply["error"]
         return reply["answer"]
