@@ -56,6 +56,15 @@ class App:
     def until(self, condition, seconds=PATIENCE):
         self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(1000 * seconds))
 
+    def wait_for_cards(self, count):
+        """Wait until so many controls stand above the image, each with its editor, which makes it higher."""
+        strip = self.window.favourites
+        self.until(
+            lambda: (
+                len(strip.shownCards) == count and all(card.editor is not None for card in strip.shownCards)
+            )
+        )
+
     def settled(self, look):
         """Return what a look finds once three in a row find the same."""
         found = []

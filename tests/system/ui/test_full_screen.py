@@ -42,7 +42,7 @@ def test_controls_appear_over_the_image_on_a_movement_and_fade(app, monkeypatch)
     monkeypatch.setattr(full_screen, "FADE_MS", 1)
     window = app.window
     app.connect()
-    app.until(lambda: len(window.favourites.shownCards) == 3)
+    app.wait_for_cards(3)
     window._full_screen._staying.setInterval(150)
     window.actionFullScreen.setChecked(True)
     app.until(lambda: window.isFullScreen() and not window.favouritesArea.isVisible())

@@ -91,7 +91,8 @@ def test_each_tool_with_tiles_and_three_controls_fits_800_by_600(make_app, qapp,
     window = app.window
     app.connect("sim:colour?fps=15")
     app.program.opener.open_additional("sim:?fps=15")
-    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites.shownCards) == 3)
+    app.until(lambda: len(window.gallery.tiles) == 2)
+    app.wait_for_cards(3)
     app.qtbot.keyClick(window, Qt.Key_F2)  # and opened in the large window
     window.resize(800, 600)
     docks = (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
@@ -152,7 +153,8 @@ def test_in_a_low_window_pinned_controls_scroll_and_the_keyboard_reaches_all(app
     app.program.opener.open_additional("sim:?fps=15")
     for name in ("DeviceTemperature", "TriggerMode", "TriggerSource", "AcquisitionMode"):
         app.program.feature_controls.favourites.add(name)
-    app.until(lambda: len(window.gallery.tiles) == 2 and len(window.favourites.shownCards) == 7)
+    app.until(lambda: len(window.gallery.tiles) == 2)
+    app.wait_for_cards(7)
     app.until(lambda: window.favouritesArea.height() == window.favourites.height())
     window.resize(640, 360)
     app.until(lambda: window.favouritesArea.height() < window.favourites.height())

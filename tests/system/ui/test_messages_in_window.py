@@ -18,7 +18,7 @@ def test_the_image_stays_where_it_is_under_a_message(app):
     app.connect()
     app.watch()
     # The bar above the image is as high as its controls, which arrive one by one.
-    app.until(lambda: len(window.favourites.shownCards) == 3)
+    app.wait_for_cards(3)
     before = app.settled(lambda: (window.image.geometry(), window.statusbar.geometry()))
     for text in ("saved " * 40, "no space left on the disk"):
         app.program.messages.error(text)
@@ -33,7 +33,7 @@ def test_the_image_stays_where_it_is_under_work_in_progress(app):
     app.connect()
     app.watch()
     # The bar above the image is as high as its controls, which arrive one by one.
-    app.until(lambda: len(window.favourites.shownCards) == 3)
+    app.wait_for_cards(3)
     places = app.settled(lambda: (image.canvas.geometry(), image.note.geometry()))
     rows = [image.tasks.begin(title) for title in ("Connecting", "Loading settings")]
     rows[0].setText("a long name " * 30)

@@ -30,7 +30,7 @@ def window_of(make_app, qapp, size, cameras, histogram, language):
     if histogram:
         panel(app, "F2").trigger()
         app.until(lambda: not app.window.histogramDock.visibleRegion().isEmpty())
-    app.until(lambda: len(app.window.favourites.shownCards) == 3)
+    app.wait_for_cards(3)
     return app
 
 
