@@ -1,37 +1,16 @@
 """Every command of README and manual is one that the program takes: its options and values are parsed.
 
-What a command does is tested elsewhere: most of those on these pages need a camera, a robot, root or a
-minute.
+`tests/system/cli/test_documented_commands.py` runs those that end by themselves.
 """
 
-import re
 import shlex
 from pathlib import Path
 
 import pytest
 
+from documented_commands import PAGES, ROOT, commands
 from grabbergui.cli import command_line
 from grabbergui.core.errors import UsageError
-
-ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/*.md")])
-BLOCK = re.compile(r"```(?:sh|bash|console)\n(.*?)```", re.DOTALL)
-STARTERS = {"sudo", "exec", "time", "xvfb-run", "-a"}
-ENDS = {"|", "&", ";", "&&", ">", "2>", ">>"}
-
-
-def commands(page: Path) -> list[str]:
-    """Return the commands in a page's shell blocks, without the program's name and what is the shell's."""
-    found = []
-    for block in BLOCK.findall(page.read_text("utf-8")):
-        for line in block.replace("\\\n", " ").splitlines():
-            words = shlex.split(line.removeprefix("$ "), comments=True)
-            while words and (words[0] in STARTERS or re.match(r"\w+=", words[0])):
-                words.pop(0)
-            if words and Path(words[0]).name == "grabbergui":
-                end = next((index for index, word in enumerate(words) if word in ENDS), len(words))
-                found.append(shlex.join(words[1:end]))
-    return found
 
 
 def test_commands_are_found() -> None:

@@ -1,0 +1,130 @@
+"""Commands of README and manual run as they are written, on simulated cameras in place of the named ones.
+
+Times and numbers of frames are shorter. Commands that are not run are listed, with the reason.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from documented_commands import PAGES, commands, lines
+from grabbergui import sources
+from grabbergui.cli import main
+from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
+
+NET = f"127.94.{os.getpid() % 250 + 1}"
+"Network of this test run alone: others may run at the same time."
+ADDRESSES = (f"{NET}.1", f"{NET}.2")
+INSTEAD = (
+    (r"\bgige:(GV01|40012345|192\.168\.0\.10)?(?=[ ?]|$)", f"gige:{ADDRESSES[0]}"),
+    (r"\bgige:(GV02|192\.168\.0\.11)(?=[ ?]|$)", f"gige:{ADDRESSES[1]}"),
+    (r" -t \d+", " -t 0.3"),
+    (r" -n \d+", " -n 2"),
+    (r" --timeout \d+", " --timeout 0.2"),
+    (r"\bfeatures gige", "features --json gige"),
+)
+"""What takes the place of a camera, a time or a number of frames."""
+NOT_RUN = {
+    r"(gui|terminal|calibrate|servo|hand-eye|experiment|simulate\S*|yarp-server)\b": "runs until it is ended",
+    r"serve\b|rig serve": "runs until it is ended: tests/system/cli/test_serve.py",
+    r"[\w']+:": "the window: tests/system/ui",
+    r"doctor|setup\b": "looks at this computer, or changes it: tests/system/doctor, tests/system/setup",
+    r"force-ip|persistent-ip": "changes an address: tests/system/cli/test_gige.py",
+    r"events .*--start$": "runs until it is ended: tests/system/cli/test_commands.py",
+    r"rig record .*--(before|segment)": "runs until it is ended: tests/system/cli/test_rig_command.py",
+    r"rig budget .*--measure": "takes half a minute: tests/system/rig/test_budget_behind_a_switch.py",
+    r"run .*TriggerSoftware": "needs a trigger that is on: tests/system/ui/test_trigger_bar.py",
+    r".*--monitor": "needs another program with control: tests/system/driver/gige/test_gige_sharing.py",
+}
+"""Beginnings of commands that are not run, and why; where, if elsewhere."""
+OTHER_PROGRAMS = {
+    ".venv/bin/pip": "installs packages",
+    ".venv/bin/python": "mutation testing takes minutes",
+    "echo": "changes the kernel",
+    "export": "the shell's",
+    "ip": "changes the network",
+    "make": "what CI itself calls",
+    "nmcli": "changes the network",
+    "pip": "installs packages",
+    "python": "benchmarks take minutes",
+    "python3": "makes an environment",
+    "ros2": "ROS's own tools, which come without wheels",
+    "sysctl": "changes the kernel",
+    "ufw": "changes the firewall",
+    "apt-get": "installs packages",
+}
+"""Programs of others on these pages, none of which is run here, and why."""
+MAY_FAIL = ("diff", "load", "rig check")
+"""Commands whose exit code 1 is a result: settings that differ, a rig with a problem."""
+
+MADE_OF = {"six.yaml": "stereo.yaml", "new.bin": "before.bin"}
+"""Files that a page supposes: copies of those that its commands made."""
+TABLE = np.arange(4096, dtype="<u2").tobytes()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder in which a user works who has two cameras, and files that the pages speak of."""
+    small = {
+        reg.WIDTH: 64,
+        reg.HEIGHT: 48,
+        reg.EXPOSURE_TIME: 2000.0,
+        reg.FRAME_RATE: 50.0,
+        reg.PIXEL_FORMAT: by_name("BayerRG8").code,
+    }
+    cameras = [GigeCamera(address, power_on=small) for address in ADDRESSES]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sources, "discover", lambda *_, **__: sources.discover_kind("sim"))
+    yield tmp_path
+    for camera in cameras:
+        camera.close()
+
+
+def not_run(command: str) -> bool:
+    return "…" in command or not command or any(re.match(pattern, command) for pattern in NOT_RUN)
+
+
+def to_run(page: Path) -> list[str]:
+    return [command for command in dict.fromkeys(commands(page)) if not not_run(command)]
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if to_run(page)], ids=lambda page: page.stem)
+def test_commands_do_what_they_did_when_they_were_written_down(
+    page: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failed = {}
+    for command in to_run(page):
+        line = command
+        for pattern, instead in INSTEAD:
+            line = re.sub(pattern, instead, line)
+        if "put LUTLuminance" in line:
+            Path("gamma.bin").write_bytes(TABLE)
+        for file, model in MADE_OF.items():
+            if file in line and not Path(file).exists():
+                shutil.copy(model, file)
+        code = main(shlex.split(line))
+        printed = capsys.readouterr()
+        if code and not (code == 1 and command.startswith(MAY_FAIL)):
+            failed[line] = printed.err.strip() or printed.out[-300:]
+    assert not failed, "\n".join(f"{line}: {text}" for line, text in failed.items())
+
+
+def test_what_is_not_run_is_listed_with_its_reason() -> None:
+    root = Path(__file__).parents[3]
+    known = [command for page in PAGES for command in commands(page)]
+    assert not [pattern for pattern in NOT_RUN if not any(re.match(pattern, each) for each in known)]
+    places = re.findall(r"tests/[\w/.]+", " ".join((*NOT_RUN.values(), *OTHER_PROGRAMS.values())))
+    assert places and not [place for place in places if not (root / place).exists()]
+    others = {words[0] for page in PAGES for words in lines(page) if Path(words[0]).name != "grabbergui"}
+    assert others == OTHER_PROGRAMS.keys()
+    assert sum(len(to_run(page)) for page in PAGES) > 30
