@@ -33,7 +33,7 @@ WITHOUT_PRIVILEGE = ("setpriv", "--bounding-set=-all", "--inh-caps=-all")
 
 @dataclass(frozen=True)
 class Case:
-    """What the camera sends."""
+    """A stream that the camera sends."""
 
     width: int
     height: int
@@ -73,7 +73,7 @@ READING = [
 
 @dataclass(frozen=True)
 class Run:
-    """What one receiver did."""
+    """The result of one receiver."""
 
     frames: int
     lost: int

@@ -145,12 +145,12 @@ def _frames(assembler: BlockAssembler) -> list[object]:
     else:
         raise AssertionError("a block is never given up")
     builder = FrameBuilder(1_000_000_000)
-    told: list[object] = []
+    frames: list[object] = []
     for block in assembler.finished():
         frame = builder.build(block)
         if not 0 <= frame.nbytes <= PAYLOAD:
             raise AssertionError(frame)
         data = b"".join(part.data.tobytes() for part in frame.parts) or frame.payload.tobytes()
-        told.append((frame.frame_id, frame.width, frame.height, frame.status, frame.payload_type, data))
+        frames.append((frame.frame_id, frame.width, frame.height, frame.status, frame.payload_type, data))
     statistics = assembler.statistics
-    return [*told, statistics.incomplete, statistics.packets_duplicate, statistics.packets_ignored]
+    return [*frames, statistics.incomplete, statistics.packets_duplicate, statistics.packets_ignored]

@@ -1,4 +1,4 @@
-"""What peers on a network ask for and answer: the tree's JSON, administration, names, lines of a terminal."""
+"""Requests and answers of peers on a network: the tree's JSON, administration, names, lines of a terminal."""
 
 from __future__ import annotations
 

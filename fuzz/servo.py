@@ -1,4 +1,4 @@
-"""What a robot on YARP is asked and answers: control boards and Cartesian controllers."""
+"""Requests to a robot on YARP, and its answers: control boards and Cartesian controllers."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class GeometryReader:
         self.changes = 0
         "Number of changes of the features so far."
         self._known: tuple[int, ImageGeometry | None] = (-1, None)
-        "The number of changes before the features were read, and what they said, without an offset."
+        "The number of changes before the features were read, and their values, without an offset."
 
     def of(self, frame: Frame) -> ImageGeometry | None:
         """Return the geometry of a frame; None if the camera does not report it.

@@ -1,4 +1,4 @@
-"""Who asked for what is being done: set by a network's server for the thread that answers a request."""
+"""The peer whose request is being executed: set by a network's server for the thread that answers it."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def as_administrator(*command: str) -> Callable[[], None] | None:
         except (OSError, subprocess.TimeoutExpired) as error:
             raise SourceUnavailableError(f"{command[0]} could not be run: {error}") from error
         if done.returncode:
-            said = (done.stderr or done.stdout).strip() or "it was refused"
-            raise SourceUnavailableError(f"{command[0]} failed: {said}")
+            reason = (done.stderr or done.stdout).strip() or "it was refused"
+            raise SourceUnavailableError(f"{command[0]} failed: {reason}")
 
     return run

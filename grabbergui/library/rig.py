@@ -214,7 +214,7 @@ class Rig:
 
     @property
     def _missing(self) -> str:
-        """What becomes of sets without a camera's frame, as in a rig's file."""
+        """The treatment of sets without a camera's frame, as in a rig's file."""
         return self._grabber.entry.missing if isinstance(self._grabber, RigGrabber) else "deliver"
 
     def start(self) -> None:

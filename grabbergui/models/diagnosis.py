@@ -169,7 +169,7 @@ class CameraFacts:
 
     @property
     def trigger_source(self) -> str | None:
-        """What is waited for, as display text; None if no trigger is on."""
+        """The trigger that the camera waits for, as display text; None if none is on."""
         if not self.triggers:
             return None
         return self.triggers[0].source or translate("Diagnosis", "an input")

@@ -1,4 +1,4 @@
-"""The triggers of the open sources that have one on: what is waited for, counts, and the cause in words.
+"""The triggers of the open sources that have one on: what is waited for, counts, and causes of problems.
 
 Each is watched on its source's thread. Repeated triggers are sent on a thread of their own.
 """
@@ -44,11 +44,11 @@ class TriggerState:
     accepted: int | None = None
     missed: int | None = None
     problem: str = ""
-    "What is wrong, as display text; empty if all is well."
+    "The problem, as display text; empty if all is well."
 
     @property
     def text(self) -> str:
-        """What is waited for, or what triggers, as display text."""
+        """The awaited signal, or the source of the trigger, as display text."""
         if not self.source:
             return (
                 translate("Trigger", "Waiting for trigger")

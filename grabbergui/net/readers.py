@@ -1,4 +1,4 @@
-"""Who is connected to a server of ours, and how much each has taken; the same for both networks."""
+"""The readers connected to a server of ours, and how much each has taken; the same for both networks."""
 
 from __future__ import annotations
 

@@ -94,8 +94,8 @@ _DESCRIPTIONS = (
     _described(TIME, FeatureKind.FLOAT, _CATEGORY, "Time", "From the first frame to the one shown."),
     _described(LENGTH, FeatureKind.INTEGER, _CATEGORY, "Frames", "How many frames were recorded."),
     _described(DURATION, FeatureKind.FLOAT, _CATEGORY, "Duration", "From the first frame to the last."),
-    _described(WIDTH, FeatureKind.INTEGER, _FORMAT, "", "Of the frame shown last."),
-    _described(HEIGHT, FeatureKind.INTEGER, _FORMAT, "", "Of the frame shown last."),
+    _described(WIDTH, FeatureKind.INTEGER, _FORMAT, "", "Width of the frame shown last."),
+    _described(HEIGHT, FeatureKind.INTEGER, _FORMAT, "", "Height of the frame shown last."),
     _described(PIXEL_FORMAT, FeatureKind.STRING, _FORMAT, "Pixel Format", "As it was recorded."),
 )
 

@@ -37,7 +37,7 @@ PTP_UNCERTAINTY_NS = 1_000
 
 @dataclass(frozen=True)
 class ClockState:
-    """What is known of a camera's clock."""
+    """The state of a camera's clock."""
 
     kind: str
     "`ptp`, `fitted`, or `host`: times of arrival."

@@ -74,7 +74,7 @@ class CameraLoad:
 
 @dataclass(frozen=True)
 class SharedLink:
-    """What all cameras share: the cable to this computer, and the switch before it."""
+    """The link that all cameras share: the cable to this computer, and the switch before it."""
 
     rate: float = 125e6
     share: float = 0.9

@@ -36,7 +36,7 @@ LEADER_AND_TRAILER = 2
 
 @dataclass(frozen=True)
 class LinkTrial:
-    """What arrived when all cameras together sent at a rate."""
+    """The result of a rate at which all cameras sent together."""
 
     rate: float
     arrived: float

@@ -1,4 +1,4 @@
-"""The trigger of one open source, camera or rig: sends it, counts it, and says in words what is wrong."""
+"""The trigger of one open source, camera or rig: sends it, counts it, and describes what is wrong."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ GAPS = 3.0
 
 @dataclass(frozen=True)
 class TriggerReport:
-    """What is known of a trigger."""
+    """The state of a trigger."""
 
     counts: TriggerCounts
     findings: dict[str, str] = field(default_factory=dict)
-    "What is wrong: a sentence for each camera by its name in the rig, which is empty without a rig."
+    "Problems: a sentence for each camera by its name in the rig, which is empty without a rig."
 
 
 class LiveTrigger(ABC):

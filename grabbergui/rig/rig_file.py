@@ -42,7 +42,7 @@ CLOCKS = ("auto", "ptp", "fitted", "host")
 "auto: PTP if every camera has it and finds a master, else fitted; host: times of arrival."
 MATCHES = ("auto", "time", "counter", "action")
 MISSING = ("deliver", "drop", "stop")
-"What becomes of a set with a missing camera: delivered, only counted, or the end with an error."
+"Choices for a set with a missing camera: it is delivered, only counted, or ends the stream with an error."
 OPENED_OFTEN = ("sim", "twin", "file")
 "Kinds of source that may be opened more than once at the same time."
 TRIGGERS = ("free", "software", "action", "line")
@@ -87,7 +87,7 @@ class TriggerEntry:
 
     @property
     def title(self) -> str:
-        """What triggers the cameras: `Software`, `Action`, a line; empty if they run freely."""
+        """The source of the cameras' trigger: `Software`, `Action`, a line; empty if they run freely."""
         return {"free": "", "line": self.input}.get(self.by, self.by.capitalize())
 
 

@@ -1,4 +1,4 @@
-"""Why a triggered camera sends other frames than its triggers ask for, in words. No I/O.
+"""Why a triggered camera sends other frames than its triggers ask for, as display text. No I/O.
 
 The evidence is what a camera and its host can know: edges on the line and missed triggers from events, the
 level of the line, the frames that arrived, the triggers that we sent, and the settings. Times are nanoseconds
@@ -33,7 +33,7 @@ AT_THE_LIMIT = 0.995
 
 
 class TriggerCause(Enum):
-    """What is wrong."""
+    """The cause of a trigger's problem."""
 
     NONE = "all is well"
     NO_SIGNAL = "no signal on the line"
@@ -71,7 +71,7 @@ class ActionKeys:
 
 @dataclass(frozen=True)
 class TriggerEvidence:
-    """What is known of a camera under a trigger, over some time."""
+    """Observations of a camera under a trigger, over some time."""
 
     source: str
     "TriggerSource: `Line1`, `Software`, `Action1`."

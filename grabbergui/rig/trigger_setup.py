@@ -10,7 +10,7 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.settings import Selected, SettingKey
 
 RIG_SOURCE = "RigTriggerSource"
-"What triggers a rig; empty if its cameras run freely."
+"The source of a rig's trigger; empty if its cameras run freely."
 SELECTOR = "TriggerSelector"
 
 

@@ -105,7 +105,7 @@ class TriggerWatch:
         self._sent_lost = 0
         self._lost_before = self._lost()
         self._losses: deque[tuple[float, int]] = deque([(time.monotonic(), 0)], maxlen=KEPT)
-        "What was lost by then, and when that was asked."
+        "Frames lost by then, and when that was asked."
         grabber.event_received.connect(self._on_event)
 
     def close(self) -> None:

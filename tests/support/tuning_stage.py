@@ -1,4 +1,4 @@
-"""Where tunings are tried: a camera without any automatic, its tracked handle, and what is said meanwhile."""
+"""Where tunings are tried: a camera without any automatic, its tracked handle, and reports of progress."""
 
 import threading
 from dataclasses import replace

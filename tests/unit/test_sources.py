@@ -7,7 +7,7 @@ from grabbergui.core.errors import SourceUnavailableError
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         (
             "import no_such_package_anywhere",
@@ -20,11 +20,11 @@ from grabbergui.core.errors import SourceUnavailableError
         ),
     ],
 )
-def test_a_kind_whose_package_cannot_be_loaded_is_named_with_the_reason(text, said, tmp_path, monkeypatch):
+def test_a_kind_whose_package_cannot_be_loaded_is_named_with_the_reason(text, message, tmp_path, monkeypatch):
     (tmp_path / "kind_of_source_under_test.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(sources.MODULES, "v4l2", "kind_of_source_under_test")
-    with pytest.raises(SourceUnavailableError, match=said):
+    with pytest.raises(SourceUnavailableError, match=message):
         sources.create("v4l2:")
     assert sources.discover_kind("v4l2") == []
 

@@ -66,7 +66,7 @@ _Users = defaultdict[str, list[tuple[str, Element, Element]]]
 "By the name of a node: those that refer to it, with the element that owns the reference, and the reference."
 _REFERENCE = re.compile(r"p[A-Z]\w*$")
 _SYMBOL = re.compile(r"[A-Za-z0-9]\w*$", re.ASCII)
-"What GenApi takes as the name of an enumeration's entry."
+"Names that GenApi accepts for an enumeration's entry."
 _KEYWORDS = {
     element: {word.lower(): word for word in words}
     for elements, words in (
@@ -137,7 +137,7 @@ class _Description:
     def __init__(self, root: Element) -> None:
         self.changed = False
         self.faults: list[str] = []
-        "What was dropped, and why."
+        "Dropped elements, each with the reason."
         self._root = root
         self._nodes: dict[str, Element] = {}
         self._parents: dict[str, Element] = {}

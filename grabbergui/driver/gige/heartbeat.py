@@ -60,7 +60,7 @@ class Heartbeat:
         self._controlling = controlling
         self._holder = holder
         self.request = PRIVILEGE if holder is None else PRIVILEGE_AND_HOLDER
-        "What each beat asks the device."
+        "The request of each beat."
         self._exchange: Exchange | None = None
         self._next = now
 

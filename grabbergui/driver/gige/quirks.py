@@ -1,4 +1,4 @@
-"""What some GigE Vision cameras do differently than the standard says: one table, each row with its evidence.
+"""Deviations of some GigE Vision cameras from the standard: one table, each row with its evidence.
 
 Vendor and model are those of the description (`VendorName` and `ModelName` of RegisterDescription), or those
 in the camera's registers, as patterns of `fnmatch`. Options override the rows, see `GigeUriOptions`.
@@ -77,7 +77,7 @@ def known(quirk: Quirk, vendor: str, model: str) -> bool:
 
 @dataclass(frozen=True)
 class DescriptionTraits:
-    """What the transport must know of a description."""
+    """The parts of a description that concern the transport."""
 
     vendor: str
     model: str

@@ -19,7 +19,7 @@ FIREWALL = f"a firewall must let UDP in: sudo ufw allow proto udp from any port 
 
 @dataclass(frozen=True)
 class StreamFacts:
-    """What is known of a stream that yields no frames."""
+    """Observations of a stream that yields no frames."""
 
     statistics: StreamStatistics
     camera: str

@@ -19,7 +19,7 @@ _POLL_S = 0.1
 
 
 class FrameModel(Protocol):
-    """What a stream asks of the model of a camera."""
+    """The calls by which a stream uses the model of a camera."""
 
     def next_frame(self, timeout: float) -> FramePlan | None:
         """Wait for the next frame; None after `timeout` seconds, or once woken."""

@@ -13,7 +13,7 @@ from grabbergui.core.pixels import Region
 
 @dataclass(frozen=True)
 class AxisLimits:
-    """What a camera accepts along one axis."""
+    """The limits and the step that a camera accepts along one axis."""
 
     sensor: int
     "Pixels of the sensor."
@@ -54,7 +54,7 @@ class AxisLimits:
 
 @dataclass(frozen=True)
 class RegionLimits:
-    """What a camera accepts as its region."""
+    """The limits and steps of a camera's region."""
 
     x: AxisLimits
     y: AxisLimits

@@ -45,7 +45,7 @@ _AROUND = " \t\r\n\"'`"
 _MOST_CHOICES = 64
 _LETTER = re.compile(r"[^\W\d_]")
 _FROM_WORD: dict[int, Callable[[str], FeatureValue]] = {STRING: str, INTEGER: int, DOUBLE: float}
-"""Values as they are written in words, by the parameter's type."""
+"""Spellings of values, by the parameter's type."""
 
 Call = Callable[[str, Any], Any]
 """Calls a service of the node by its name with a request, and gives the response or raises."""

@@ -80,7 +80,7 @@ def _type_of(feature: Feature) -> int:
 def _descriptor_of(feature: Feature, *, settable: bool) -> Any:
     """Return a ParameterDescriptor: type, range, meaning, and whether it can be set at the moment.
 
-    A range that fits no slider is given in words only: rqt_reconfigure stops showing a node that has one.
+    A range that fits no slider is given as text only: rqt_reconfigure stops showing a node that has one.
     """
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 

@@ -1,4 +1,4 @@
-"""What takes most of a server's start, done before: its modules and the type support of its messages."""
+"""Loads what takes most of a server's start: its modules and the type support of its messages."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class CameraEventsController(QObject):
         self._window, self._open_sources, self._events = context.window, context.open_sources, events
         self._messages = context.messages
         self._shown = -1
-        "What `count` was when the list was filled."
+        "`count` when the list was filled."
         self.dialog: CameraEventsDialog | None = None
         "While it is shown."
         bridge = Bridge(self)

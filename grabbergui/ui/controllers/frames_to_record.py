@@ -12,7 +12,7 @@ from grabbergui.ui.views.recording_bars import RecordingBar
 
 MOST_FRAMES, MOST_SECONDS = 1_000_000, 86_400.0
 _FIRST_EVERY, _FIRST_INTERVAL = 10, 5.0
-"What is proposed at first."
+"The first proposal."
 
 
 class FramesToRecordController(QObject):

@@ -1,4 +1,4 @@
-"""What the controllers of the window have in common, so that each asks for the rest only."""
+"""The parameters that all controllers of the window share, so that each asks for the rest only."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class StatusView(Protocol):
         """Show the payload per second."""
 
     def setLosses(self, text: str, tone: Tone, detail: str) -> None:
-        """Show losses, how bad they are, and every counter in words."""
+        """Show losses, their severity, and every counter as text."""
 
     def setClipping(self, text: str) -> None:
         """Show how much of the frame is saturated and black; empty while it is not measured."""

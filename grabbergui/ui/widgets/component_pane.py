@@ -100,7 +100,7 @@ class ComponentPane(pg.GraphicsView):  # type: ignore[misc]  # the library has n
         self._pressed: QPointF | None = None
         self._own_zoom = False
         self._part = WHOLE
-        "What is seen with a zoom of its own."
+        "The image's own zoom, or a part of it."
         self.mark = CursorMark()
         self.setCentralItem(self._box)
         self._box.addItem(self._item, ignoreBounds=True)

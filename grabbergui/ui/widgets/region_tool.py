@@ -97,7 +97,7 @@ class RegionTool(QObject):
         canvas.addOverlay(self._overlay)
         self._limits: RegionLimits | None = None
         self._frame = Region(0, 0, 1, 1)
-        "What the image shows, in pixels of the sensor."
+        "The part of the sensor that the image shows, in pixels of the sensor."
         self._orientation = Orientation()
         self._region = self._frame
         self._grip: Grip | None = None

@@ -48,7 +48,7 @@ class StatusStrip(QWidget):
         self._by_importance: tuple[QWidget, ...] = (
             self.clippingButton, self.lossLabel, self.rateLabel, self.formatLabel,
             self.bandwidthLabel)  # fmt: skip
-        "What a message may replace, the most important first. The zoom stays: its buttons are controls."
+        "Figures that a message may replace, most important first. The zoom stays: its buttons are controls."
         # The same with and without a message, so that nothing moves when one comes.
         self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
         self._measured, self._saturated = "", 0.0

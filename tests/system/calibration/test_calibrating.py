@@ -120,7 +120,7 @@ def test_only_a_board_at_rest_is_kept():
         ViewVerdict.KNOWN,
     ]
     assert collector.look(np.zeros_like(first)) is ViewVerdict.NOT_SEEN
-    assert collector.look(first) is ViewVerdict.MOVING  # seen anew: it may just have been put there
+    assert collector.look(first) is ViewVerdict.MOVING  # seen again: it may just have been put there
 
 
 def test_a_look_without_keep_keeps_nothing():
@@ -222,9 +222,11 @@ def test_the_command_says_what_it_waits_for(monkeypatch, capsys):
     chosen = options("sim:?width=320&height=240&fps=50", "--seconds", "1", "--out", "/dev/null")
     with pytest.raises(CalibrationError, match="no charuco board of 8×6 squares was seen"):
         chosen.run(chosen)
-    said = capsys.readouterr().out.splitlines()
-    assert said[0].startswith("show the charuco board (8×6 squares of 0.03 m) to grabbergui Simulated camera")
-    assert "no board is seen" in said[1] and said[1].endswith("s are left")
+    printed = capsys.readouterr().out.splitlines()
+    assert printed[0].startswith(
+        "show the charuco board (8×6 squares of 0.03 m) to grabbergui Simulated camera"
+    )
+    assert "no board is seen" in printed[1] and printed[1].endswith("s are left")
 
 
 def test_the_command_prints_the_board(tmp_path, capsys):

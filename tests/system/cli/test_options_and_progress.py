@@ -30,7 +30,7 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int | str 
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("grab sim: --timout 5", "grab has no option --timout; did you mean --timeout?"),
         ("grab sim: --time 5", "grab has no option --time; did you mean --timeout?"),  # no abbreviation
@@ -42,10 +42,10 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int | str 
     ],
 )
 def test_an_unknown_option_is_named_with_what_was_meant(
-    capsys: pytest.CaptureFixture[str], line: str, said: str
+    capsys: pytest.CaptureFixture[str], line: str, message: str
 ) -> None:
     code, _, err = run(capsys, *line.split())
-    assert code == 2 and err.splitlines()[-1] == f"grabbergui: {said}"
+    assert code == 2 and err.splitlines()[-1] == f"grabbergui: {message}"
 
 
 @pytest.mark.parametrize("command", ["list", "grab", "serve", "gui"])

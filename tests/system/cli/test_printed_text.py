@@ -1,4 +1,4 @@
-"""Every command that prints for people, with a camera, a search and files whose every text is hostile."""
+"""Every command that prints text, with a camera, a search and files whose every text is hostile."""
 
 import io
 import json

@@ -30,7 +30,7 @@ sys.meta_path.insert(0, Finder())
 
 
 @pytest.mark.parametrize(
-    ("module", "arguments", "said"),
+    ("module", "arguments", "message"),
     [
         (
             "PyQt5",
@@ -48,13 +48,13 @@ sys.meta_path.insert(0, Finder())
     ],
 )
 def test_a_command_names_the_remedy_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, arguments: list[str], said: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str, arguments: list[str], message: str
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.chdir(tmp_path)
     done = run_without([module], *arguments)
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, done.stderr
-    assert said in done.stderr and "pip install" in done.stderr
+    assert message in done.stderr and "pip install" in done.stderr
 
 
 def test_everything_but_the_window_works_without_qt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

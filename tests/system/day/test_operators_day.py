@@ -389,7 +389,7 @@ def go_home(day, first, second):
     until(lambda: operator.process.poll() is not None, "the end of the program", PROGRAM)
     assert not operator.complaints()
     for camera in (first, second):
-        assert not camera.streams, "what was opened was let go"
+        assert not camera.streams, "what was opened was closed"
 
 
 def test_an_operators_day(sit_down, cameras, tmp_path):

@@ -38,8 +38,9 @@ INSTEAD = (
     (r"""["']gige:(?:right|GV02)["']""", f'"gige:{ADDRESSES[1]}"'),
     (r'"(?:gige|v4l2):\w*"', f'"{SMALL}"'),
     (r"\(100\b", "(5"),
+    (r"trigger_group\(\)", "trigger_group(ahead=3)"),
 )
-"""What takes the place of cameras and numbers of frames."""
+"""What takes the place of cameras, numbers of frames, and the time that a busy machine needs to trigger."""
 PEERS = {
     "grabbergui": "grabbergui",
     "pypylon": "pypylon",

@@ -58,7 +58,7 @@ def row(app, name):
 
 
 def drag(app, monkeypatch, source, where):
-    """Press the mouse on a row's name, move it, and let go over the strip."""
+    """Press the mouse on a row's name, move it, and release it over the strip."""
     strip = app.window.favourites
 
     def fly(flying, *_):

@@ -215,7 +215,7 @@ def test_the_look_can_be_changed_while_it_runs(app, qapp):
 
 
 class HeldElsewhere(ScriptedGrabber):
-    """Another program has control until it lets go; read-only beside it, as GenICam cameras are."""
+    """Another program has control until it releases it; read-only beside it, as GenICam cameras are."""
 
     held = True
     holder = "10.0.0.5"

@@ -123,7 +123,7 @@ def test_ost_ini_is_read(tmp_path, text):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "expected"),
     [
         ("369.344588", "wide", "ost.ini: 'wide' is neither a number nor a name of ost.ini"),
         ("369.344588", "inf", "not finite"),
@@ -133,8 +133,8 @@ def test_ost_ini_is_read(tmp_path, text):
         ("projection\n", "[right]\nprojection\n", "narrow_stereo and right; save each in a file"),
     ],
 )
-def test_a_broken_ost_ini_says_what_is_wrong(old, new, said):
-    with pytest.raises(UsageError, match=said):
+def test_a_broken_ost_ini_says_what_is_wrong(old, new, expected):
+    with pytest.raises(UsageError, match=expected):
         camera_info.parse(OST.replace(old, new, 1), "ost.ini")
 
 

@@ -357,7 +357,7 @@ def test_every_calibration_that_is_accepted_is_loaded_again(width, height, disto
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "expected"),
     [
         ({"width": 4_000_000_000}, "a side has 1 to 65535"),
         ({"height": 65536}, "a side has 1 to 65535"),
@@ -366,8 +366,8 @@ def test_every_calibration_that_is_accepted_is_loaded_again(width, height, disto
         ({"rectified": np.full((3, 4), 1e300)}, "1e[+]300"),
     ],
 )
-def test_impossible_numbers_make_no_calibration(change, said):
-    with pytest.raises(UsageError, match=said):
+def test_impossible_numbers_make_no_calibration(change, expected):
+    with pytest.raises(UsageError, match=expected):
         replace(WHOLE, **change)
 
 

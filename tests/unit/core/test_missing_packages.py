@@ -19,7 +19,7 @@ LIBPYTHON = "libpython3.11.so.1.0: cannot open shared object file: No such file 
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "message"),
     [
         (
             ImportError(LIBPYTHON),
@@ -46,8 +46,8 @@ LIBPYTHON = "libpython3.11.so.1.0: cannot open shared object file: No such file 
         ),
     ],
 )
-def test_the_reason_and_the_remedy_are_one_line(error: ImportError, said: str) -> None:
-    assert said in explained(error)
+def test_the_reason_and_the_remedy_are_one_line(error: ImportError, message: str) -> None:
+    assert message in explained(error)
     assert "\n" not in explained(error)
 
 

@@ -37,7 +37,7 @@ def test_a_file_is_read_up_to_its_limit(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (lambda folder: fifo(folder, "pipe"), r"a pipe \(FIFO\)"),
         (lambda folder: Path("/dev/zero"), "a device"),
@@ -46,10 +46,10 @@ def test_a_file_is_read_up_to_its_limit(tmp_path):
     ],
     ids=["pipe", "device", "link to a device", "link to a pipe"],
 )
-def test_anything_but_a_regular_file_is_refused_by_its_kind(tmp_path, make, said):
+def test_anything_but_a_regular_file_is_refused_by_its_kind(tmp_path, make, message):
     path = make(tmp_path)
     for read in (open_regular, check_regular, lambda path: read_bounded(path, 9, "thing")):
-        with pytest.raises(UsageError, match=f"{path} is {said}, not a regular file"):
+        with pytest.raises(UsageError, match=f"{path} is {message}, not a regular file"):
             read(path)
 
 

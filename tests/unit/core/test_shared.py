@@ -44,7 +44,7 @@ def test_no_queue_is_lost_if_two_threads_open_one_at_the_same_time():
     other = threading.Thread(target=lambda: opened.append(handle.open_queue()))
 
     class Meddling(FrameQueue):
-        """Another thread opens a queue just while the list of queues is made anew."""
+        """Another thread opens a queue while the list of queues is rebuilt."""
 
         @property
         def closed(self):

@@ -35,11 +35,11 @@ def test_where_nobody_can_be_asked_there_is_no_button(ran, monkeypatch):
     assert mending.as_administrator("sysctl") is None
 
 
-@pytest.mark.parametrize(("said", "reason"), [("no such key\n", "no such key"), ("", "it was refused")])
-def test_a_failure_says_what_the_command_said(monkeypatch, said, reason):
+@pytest.mark.parametrize(("message", "reason"), [("no such key\n", "no such key"), ("", "it was refused")])
+def test_a_failure_says_what_the_command_said(monkeypatch, message, reason):
     monkeypatch.setattr(mending.os, "geteuid", lambda: 0, raising=False)
     monkeypatch.setattr(
-        subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, 1, "", said)
+        subprocess, "run", lambda command, **_: subprocess.CompletedProcess(command, 1, "", message)
     )
     with pytest.raises(SourceUnavailableError, match=f"sysctl failed: {reason}"):
         mending.as_administrator("sysctl")()

@@ -71,7 +71,7 @@ def test_starting_changes_the_modes_and_nothing_else(camera):
 
 
 @pytest.mark.parametrize(
-    "missing, said",
+    "missing, message",
     [
         (("Width", "PixelFormat"), None),
         (("PayloadSize", "PixelFormat"), None),
@@ -79,7 +79,7 @@ def test_starting_changes_the_modes_and_nothing_else(camera):
         (("AcquisitionStart",), "has no command AcquisitionStart"),
     ],
 )
-def test_a_description_without_usual_features_streams_or_says_what_is_missing(missing, said):
+def test_a_description_without_usual_features_streams_or_says_what_is_missing(missing, message):
     grabber = sources.create("sim:?width=64&height=48&fps=100")
     xml = grabber.device.description()
     for name in missing:
@@ -88,11 +88,11 @@ def test_a_description_without_usual_features_streams_or_says_what_is_missing(mi
     with closing(grabber):
         grabber.open()
         frames = grabber.open_queue()
-        if said is None:
+        if message is None:
             grabber.start()
             assert frames.get(PATIENCE).width == 64
         else:
-            with pytest.raises(FeatureError, match=said):
+            with pytest.raises(FeatureError, match=message):
                 grabber.start()
             assert not grabber.streaming
 

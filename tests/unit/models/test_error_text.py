@@ -1,4 +1,4 @@
-"""Errors and features in words: as they are written, and in the user's language."""
+"""Texts of errors and features: as they are written, and in the user's language."""
 
 import re
 from pathlib import Path
@@ -105,10 +105,10 @@ def test_every_known_sentence_is_still_used():
     rooms = ("driver", "net", "core", "calibration", "recording", "rig")
     files = [path for room in rooms for path in (root / room).rglob("*.py")]
     files.append(root / "sources.py")
-    said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))
+    sources = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))
     for template in language.SENTENCES:
         parts = sorted(re.split(r"\{\d\}(?: s)?|; ", template), key=len)[-2:]
-        assert any(len(part) > 7 and part.strip(" ,(") in said for part in parts), template
+        assert any(len(part) > 7 and part.strip(" ,(") in sources for part in parts), template
 
 
 def test_drivers_sentences_are_translated_with_those_within_them(foreign):

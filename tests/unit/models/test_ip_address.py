@@ -52,12 +52,12 @@ def sent(monkeypatch):
 
 
 def outcome(model, *what, keep):
-    said = []
-    model.done.connect(lambda text: said.append(("done", text)))
-    model.failed.connect(lambda text: said.append(("failed", text)))
+    messages = []
+    model.done.connect(lambda text: messages.append(("done", text)))
+    model.failed.connect(lambda text: messages.append(("failed", text)))
     model.set(*what, keep=keep)
     assert model.wait(PATIENCE)
-    return said
+    return messages
 
 
 def test_only_gige_cameras_with_a_mac_have_an_address():
@@ -79,20 +79,20 @@ def test_without_its_card_the_present_address_is_proposed(host):
 
 
 def test_until_power_off_only_force_ip_is_sent(host, sent):
-    said = outcome(IpAddressModel(CAMERA), "192.168.5.7", "255.255.255.0", "", keep=False)
+    messages = outcome(IpAddressModel(CAMERA), "192.168.5.7", "255.255.255.0", "", keep=False)
     assert sent[0] == ["192.168.5.7"]
-    assert said == [("done", "The camera has the address 192.168.5.7 until it is switched off.")]
+    assert messages == [("done", "The camera has the address 192.168.5.7 until it is switched off.")]
 
 
 def test_to_keep_it_the_camera_is_opened_there_once_it_answers(host, sent):
     calls, fails = sent
     fails += [SourceNotFoundError("not yet"), TransportError("nor now")]
-    said = outcome(IpAddressModel(CAMERA), "192.168.5.7", "255.255.255.0", "192.168.5.1", keep=True)
+    messages = outcome(IpAddressModel(CAMERA), "192.168.5.7", "255.255.255.0", "192.168.5.1", keep=True)
     assert calls == [
         "192.168.5.7", "closed", "closed",
         ("192.168.5.7", "192.168.5.7", "255.255.255.0", "192.168.5.1"), "closed",
     ]  # fmt: skip
-    assert said[0][0] == "done" and "also after its next start" in said[0][1]
+    assert messages[0][0] == "done" and "also after its next start" in messages[0][1]
 
 
 def test_a_present_address_is_kept_without_force_ip(host, sent):

@@ -1,4 +1,4 @@
-"""The connection: its states in order, failures in words, and nothing left behind."""
+"""The connection: its states in order, its messages, and nothing left behind."""
 
 import threading
 import time
@@ -199,7 +199,7 @@ def test_twenty_connections_leave_no_thread(bench):
 
 
 class Held(Source):
-    """Controlled by another program until that lets go."""
+    """Controlled by another program until that releases it."""
 
     def __init__(self, held=True, monitored=True):
         super().__init__()
@@ -303,7 +303,7 @@ def test_a_wrong_address_leaves_the_current_source_untouched(bench):
     assert bench.sources.current is kept and bench.sources.all == (kept,) and bench.sources.pending is None
     assert [getattr(source, "uri", None) and str(source.uri) for source in reported] == ["sim:gone", None]
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] and bench.source.calls == ["open", "start"]
-    until(lambda: "close" in gone.calls, "letting go of it")
+    until(lambda: "close" in gone.calls, "its release")
 
 
 def test_the_current_source_continues_until_the_next_one_is_open(bench):
@@ -317,7 +317,7 @@ def test_the_current_source_continues_until_the_next_one_is_open(bench):
     )
     assert bench.sources.current.grabber is slow and len(bench.sources.all) == 1
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] * 2
-    until(lambda: "close" in bench.source.calls, "letting go of the first")
+    until(lambda: "close" in bench.source.calls, "the release of the first")
 
 
 def test_a_source_that_is_being_opened_can_be_cancelled(bench):
@@ -325,7 +325,7 @@ def test_a_source_that_is_being_opened_can_be_cancelled(bench):
     bench.sources.cancel_pending()
     slow.opening.set()
     assert bench.sources.current is first and bench.sources.pending is None
-    until(lambda: slow.calls[-1:] == ["close"] or not slow.calls, "letting go of it")
+    until(lambda: slow.calls[-1:] == ["close"] or not slow.calls, "its release")
     bench.link.connect_to("sim:")
     assert bench.sources.current is not first, "it was closed and opened again"
     assert bench.failures == []
@@ -407,16 +407,18 @@ def pair(bench):
 def test_a_source_opened_in_the_background_leaves_the_other_current(bench, pair):
     assert bench.sources.current is pair.first and pair.beside.state is S.STREAMING
     assert bench.source.streaming and pair.other.streaming
-    assert bench.states == [], "nothing happened to the one at hand"
+    assert bench.states == [], "nothing happened to the current one"
 
 
 def test_a_source_made_current_is_announced_like_a_newly_opened_one(bench, pair):
     bench.sources.make_current(pair.beside)
     assert pair.reported == [("closing", pair.first), ("opened", pair.beside)]
     assert bench.states == [S.OPENING, S.STREAMING]
-    assert bench.sources.current is pair.beside and bench.source.streaming, "the first goes on aside"
+    assert bench.sources.current is pair.beside and bench.source.streaming, (
+        "the first goes on in the background"
+    )
     bench.link.connect_to("sim:")
-    assert bench.sources.current is pair.first, "connecting to what is aside brings it forward"
+    assert bench.sources.current is pair.first, "connecting to a background source makes it current"
     assert bench.source.calls == ["open", "start"]
 
 

@@ -98,8 +98,8 @@ def test_below_its_name_a_source_has_one_line_in_any_state():
     camera = replace(CAMERA, bus="GigE Vision", address="10.0.0.3")
     states = [ListedSource(camera, connected=on, lost=lost) for on, lost in ((0, 0), (1, 0), (1, 1))]
     place = "GigE Vision · 10.0.0.3"
-    said = [line.detail for line in states]
-    assert said == [
+    details = [line.detail for line in states]
+    assert details == [
         place,
         f"connected · {place}",
         f"lost, reconnecting · {place}",

@@ -1,4 +1,4 @@
-"""How a source is doing: one condition at a time, from which all that is said derives."""
+"""How a source is doing: one condition at a time, from which every text derives."""
 
 from dataclasses import replace
 

@@ -437,8 +437,10 @@ def test_images_that_cannot_be_are_refused_one_by_one(ros, tmp_path):
     ]
     folder = write_bag(ros, tmp_path / "bag", messages)
     with contextlib.closing(open_recording(folder)) as recording:
-        for index, said in enumerate(["even sides", "impossible", "impossible", "'rainbow' cannot be shown"]):
-            with pytest.raises(RecordingError, match=said):
+        for index, reported in enumerate(
+            ["even sides", "impossible", "impossible", "'rainbow' cannot be shown"]
+        ):
+            with pytest.raises(RecordingError, match=reported):
                 recording.frame(index, 0)
     with (
         contextlib.closing(open_recording(folder, topic="/j")) as recording,

@@ -231,7 +231,7 @@ def test_depth_of_yarpdatadumper_is_played(tmp_path, suffix):
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "message"),
     [
         (struct.pack("<QQ", 2**40, 2**40), "impossible"),
         (struct.pack("<QQ", 4, 6) + b"abc", "damaged"),
@@ -239,10 +239,10 @@ def test_depth_of_yarpdatadumper_is_played(tmp_path, suffix):
         (b"", "only 0 bytes"),
     ],
 )
-def test_hostile_depth_is_refused(tmp_path, content, said):
+def test_hostile_depth_is_refused(tmp_path, content, message):
     (tmp_path / "00000000.floatzip").write_bytes(content)
     (tmp_path / "data.log").write_text("0 1.5 00000000.floatzip\n")
-    with pytest.raises(RecordingError, match=said):
+    with pytest.raises(RecordingError, match=message):
         played(tmp_path)
 
 

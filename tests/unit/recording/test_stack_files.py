@@ -75,7 +75,7 @@ def test_arrays_of_others_are_played(tmp_path, array, count, name):
 
 
 @pytest.mark.parametrize(
-    ("array", "said"),
+    ("array", "message"),
     [
         (np.zeros((2, 6, 8), bool), "an array of [|]b1, not of numbers"),
         (np.zeros((2, 6, 8), complex), "of <c16, not of numbers"),
@@ -88,9 +88,9 @@ def test_arrays_of_others_are_played(tmp_path, array, count, name):
         (np.array([{}, []], object), "an array of [|]O, not of numbers"),
     ],
 )
-def test_other_arrays_are_refused(tmp_path, array, said):
+def test_other_arrays_are_refused(tmp_path, array, message):
     np.save(tmp_path / "x.npy", array, allow_pickle=True)
-    with pytest.raises(UsageError, match=said):
+    with pytest.raises(UsageError, match=message):
         open_recording(tmp_path / "x.npy")
 
 

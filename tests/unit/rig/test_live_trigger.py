@@ -1,4 +1,4 @@
-"""The trigger of one camera without a rig: which is on, its counts, its cause in words."""
+"""The trigger of one camera without a rig: which is on, its counts, and the cause of a problem."""
 
 from dataclasses import replace
 

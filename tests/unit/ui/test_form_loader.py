@@ -1,4 +1,4 @@
-"""Forms are compiled once, and anew after a change."""
+"""Forms are compiled once, and again after a change."""
 
 import os
 import re

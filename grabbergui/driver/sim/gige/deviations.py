@@ -1,4 +1,4 @@
-"""What the simulated GigE Vision camera can do differently, as cameras of other makers do."""
+"""Deviations of the simulated GigE Vision camera, as cameras of other makers have them."""
 
 from __future__ import annotations
 

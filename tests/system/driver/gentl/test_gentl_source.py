@@ -331,16 +331,16 @@ class LocalModule:
 
 
 @pytest.mark.parametrize(("numbers", "value"), [(True, 0), (False, 1)])
-def test_a_producer_is_told_how_registers_are_accessed(numbers, value):
+def test_a_producer_is_expected_how_registers_are_accessed(numbers, value):
     module = LocalModule()
     choose_order_mechanism(SimpleNamespace(local_port=module), numbers=numbers)
     assert int.from_bytes(module.mechanism, "little") == value
 
 
-@pytest.mark.parametrize(("kind", "told"), [("GEV", [True]), ("U3V", [])])
-def test_only_gige_cameras_have_two_ways(grabber, monkeypatch, kind, told):
+@pytest.mark.parametrize(("kind", "expected"), [("GEV", [True]), ("U3V", [])])
+def test_only_gige_cameras_have_two_ways(grabber, monkeypatch, kind, expected):
     heard = []
     monkeypatch.setattr(grabber.device, "_transport_layer", kind)
     monkeypatch.setattr(device, "choose_order_mechanism", lambda device, *, numbers: heard.append(numbers))
     grabber.device.use_description('<RegisterDescription SchemaMajorVersion="1" SchemaMinorVersion="0">')
-    assert heard == told
+    assert heard == expected

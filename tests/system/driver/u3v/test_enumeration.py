@@ -1,4 +1,4 @@
-"""Which USB3 Vision camera a name leads to, and what is said where none can be opened."""
+"""Which USB3 Vision camera a name leads to, and the errors if none can be opened."""
 
 from __future__ import annotations
 

@@ -187,17 +187,17 @@ def test_limits_that_are_not_given_are_not_the_largest_numbers_there_are():
 
 
 @pytest.mark.parametrize(
-    ("lie", "said"),
+    ("lie", "expected"),
     [
         ("a formula that divides by zero", "Odd: Failed to evaluate formula '1/0': error message is '#Inf"),
         ("text of 100 MB", "its text has 100000000 bytes by the description; at most 262144 make sense"),
         ("a register of 9 bytes", "Value = 9 must be equal or smaller than Max = 8"),
     ],
 )
-def test_a_problem_says_what_it_is_and_not_where_in_genapi(lie, said):
+def test_a_problem_says_what_it_is_and_not_where_in_genapi(lie, expected):
     node_map = opened(LIES[lie])
     problem = node_map.feature("Odd").problem
-    assert problem.startswith(said)
+    assert problem.startswith(expected)
     assert "Exception" not in problem
     node_map.close()
 

@@ -45,7 +45,7 @@ class Handed:
 
 
 def test_that_the_binding_leaks_is_found_out_and_not_assumed(monkeypatch):
-    """On a binding that lets go by itself, letting go once more would free what is in use."""
+    """If the binding releases nodes by itself, a second release would free what is in use."""
     kept, register = [], node_callbacks.register
 
     def mended(node, callback):

@@ -49,7 +49,7 @@ def test_the_bytes_of_an_event(event: Event, code: str, entry: str) -> None:
         assert datagram == bytes.fromhex(f"42 {flags:02x} {code} {len(body):04x} 8042") + body
         header, payload = split_command(datagram)
         assert Event.decode_all(header.command, payload, header.flags) == (event,)
-    assert event.encode(1)[1] & 0x01, "acknowledged unless told otherwise"
+    assert event.encode(1)[1] & 0x01, "acknowledged by default"
 
 
 @pytest.mark.parametrize(("event", "code", "entry"), EVENTS + EXTENDED_EVENTS)

@@ -1,4 +1,4 @@
-"""Our host against what a recorded device said and sent."""
+"""Our host against the answers of a recorded device."""
 
 from __future__ import annotations
 
