@@ -21,12 +21,16 @@ INACCURACY = 0.01
 "Rad/s by which a joint's speed may differ in the long run, in addition."
 PROGRESS = 0.7
 "Share of the commanded motion that a robot makes at least."
+MISSING = 3.0
+"How many times missing motion counts: the part may have ceased to move."
 WINDOWS = (2.0, 3.0, 6.0)
 "Times over which the paths are compared, in units of `lag`."
 PAUSE_S = 0.075
 "Seconds without observations beyond which commands may have been lost, and the robot may have been stopped."
 GOES_ON = 2.0
 "Share of the motion during the `lag` before a pause that a robot may go on to make without commands."
+CURVES = 0.15
+"Share of that motion by which it may turn aside: a controller that holds a twist turns its joints' path."
 JITTER = 0.4
 "Share of `lag` by which the time between two readings may be wrong."
 TOO_FAST = 1.05
@@ -157,10 +161,11 @@ class Monitor:
             along = _dot(off, moved[joints])
             furthest = max(_dot(off, path) for path in ends) - min(_dot(off, path) for path in starts)
             for _, lost, further in pauses:
-                furthest += max(-_dot(off, lost[joints]), 0.0) + max(_dot(off, further[joints]), 0.0)
+                goes_on = max(_dot(off, further[joints]), CURVES * math.hypot(*further[joints]))
+                furthest += max(-_dot(off, lost[joints]), 0.0) + goes_on
             extra = max(along, 0.0) - max(furthest, 0.0)
             missing = min(along, 0.0) - PROGRESS * min(furthest, 0.0)
-            if extra + 2 * missing <= slack:  # what is missing counts twice: the part may have ceased to move
+            if extra + MISSING * missing <= slack:
                 continue
             most = math.degrees(extra if extra > missing else max(map(abs, moved[joints])))
             if extra > missing:

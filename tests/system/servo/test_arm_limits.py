@@ -24,7 +24,7 @@ STOPPED = {
     "hand-far": (0.04, 0.010),
     "hand-drifts": (0.25, 0.040),
     "false-readings": (0.04, 0.010),
-    "readings-freeze": (0.45, 0.040),
+    "readings-freeze": (0.30, 0.040),
 }
 "Seconds and metres within which each fault stops the arm, as docs/servoing.md states."
 SLOW = 0.025
@@ -62,6 +62,11 @@ def test_no_limit_is_exceeded_and_each_fault_stops_the_arm_in_time(model):
         else:
             assert tally.stopped == "", where
     print({name: round(value, 4) for name, value in worst.items()})
+
+
+def test_a_controller_that_holds_a_twist_through_a_pause_is_left_alone(model):
+    """One of 1,430 was stopped: with the arm nearly straight, the twist turned the joints' path aside."""
+    assert tried(model, 2919).stopped == ""
 
 
 @pytest.mark.parametrize("fault", FAULTS)

@@ -141,6 +141,15 @@ def test_what_a_network_lost_is_not_missed_but_readings_that_freeze_are(pause):
     assert "does not move as commanded" in why
 
 
+def test_a_robot_whose_path_turns_aside_in_a_pause_is_left_alone():
+    """A controller holds the twist, and in another pose that is another motion of the joints."""
+    arm = Joints()
+    arm.run(2, FAST)
+    arm.run(0.2, FAST, FAST + np.array([0.0, 0.0, 0.0, 0.5]), looks=False)
+    arm.run(0.14, FAST, STILL, looks=False)
+    assert arm.run(0.5, STILL) == (math.inf, "")
+
+
 def test_a_jump_during_a_pause_is_noticed():
     arm = Joints()
     arm.run(2, FAST)
