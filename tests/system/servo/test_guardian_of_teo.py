@@ -60,6 +60,16 @@ def test_a_program_whose_guardian_is_stops_the_robot_first(simulated, server, nu
         assert program.said() == f"halted the guardian {why} (process {program.guardian})"
 
 
+def test_a_program_that_is_killed_after_its_guardian_froze_leaves_the_hand_at_rest(simulated, server):
+    """Nobody could stop it by then: the program has stopped it, because its guardian does not answer."""
+    with at_full_speed(simulated, "teo", server) as program:
+        moved_after(simulated, program.guardian, signal.SIGSTOP)
+        assert program.said() == f"halted the guardian does not answer (process {program.guardian})"
+        assert moved_after(simulated, program.process.pid, signal.SIGKILL) < 1e-4
+        assert program.process.wait(PROGRAM) == -signal.SIGKILL
+        assert simulated.speed < 1e-4
+
+
 @pytest.mark.parametrize("dialect", Dialect)
 def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
     """Channels are declared as text; the bytes must be those that the robot receives otherwise."""
