@@ -125,7 +125,7 @@ class ArmController:
         self._config = config
         self._standoff = standoff
         self._twist = np.zeros(6)
-        self._resting = np.zeros(2, bool)
+        self._resting = False
 
     def tune(self, config: ArmConfig) -> None:
         """Change gains and limits."""
@@ -151,23 +151,23 @@ class ArmController:
         if not np.isfinite(error).all() or not self.inside(goal[:3, 3]):
             return self.rest()
         config = self._config
+        turn_acceleration = math.radians(config.turn_acceleration)
+        # It rests as a whole, as turning moves it, too. A resting hand starts again only at twice the
+        # deadband, so that noise does not make it tremble.
+        factor = 2 if self._resting else 1
+        deadbands = config.deadband, math.radians(config.deadband_turn)
+        self._resting = all(off <= factor * most for off, most in zip(self.error, deadbands, strict=True))
         wanted = np.concatenate(
             (
-                self._part(0, error[:3], config.fastest, config.acceleration, config.deadband),
-                self._part(
-                    1,
-                    error[3:],
-                    math.radians(config.fastest_turn),
-                    math.radians(config.turn_acceleration),
-                    math.radians(config.deadband_turn),
-                ),
+                self._part(error[:3], config.fastest, config.acceleration),
+                self._part(error[3:], math.radians(config.fastest_turn), turn_acceleration),
             )
         )
         acceleration = config.acceleration
         if velocity is not None:
             acceleration *= FOLLOW_ACCELERATION
             wanted[:3] = self._following(error[:3], velocity)
-        limit = np.repeat((acceleration, math.radians(config.turn_acceleration)), 3) * seconds
+        limit = np.repeat((acceleration, turn_acceleration), 3) * seconds
         # Limit only the increase of speed, never the decrease.
         faster = np.abs(wanted) > np.abs(self._twist)
         change = wanted - self._twist
@@ -181,10 +181,14 @@ class ArmController:
             self._config.reached_turn
         )
 
+    @property
+    def settled(self) -> bool:
+        """Whether the hand rests at its goal."""
+        return self._resting
+
     def rest(self) -> Vector:
         """Return a zero twist; the next approach starts slowly."""
         self._twist = np.zeros(6)
-        self._resting[:] = False
         return np.zeros(6)
 
     def measure(self, hand: Pose, marker: Pose) -> None:
@@ -192,13 +196,9 @@ class ArmController:
         error = geometry.diff(hand, self.goal(marker))
         self.error = (float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])))
 
-    def _part(
-        self, which: int, error: Vector, fastest: float, acceleration: float, deadband: float
-    ) -> Vector:
+    def _part(self, error: Vector, fastest: float, acceleration: float) -> Vector:
         size = float(np.linalg.norm(error))
-        # A resting hand starts again only at twice the deadband, so that noise does not make it tremble.
-        self._resting[which] = size <= (2 * deadband if self._resting[which] else deadband)
-        if self._resting[which]:
+        if self._resting or size < 1e-9:
             return np.zeros(3)
         speed = min(self._config.gain * size, fastest, math.sqrt(acceleration * size))
         return error / size * speed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
+from grabbergui.servo.own_motion import SLOWEST, Nod, OwnMotionWatch
 from grabbergui.servo.progress_watch import ProgressWatch
 from grabbergui.servo.robots.robot import ARM, HEAD, JointHistory, Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
@@ -72,6 +74,11 @@ class ServoLoop:
         self.person = FaceTrack(config.track)
         self.head = HeadController(config.head, robot.model.head.low, robot.model.head.high)
         self.arm = ArmController(config.arm, config.marker.standoff)
+        self.own_motion = OwnMotionWatch(
+            config.safety.image_timeout, config.safety.image_timeout + config.track.grace
+        )
+        "Whether the images show the head's motion in time."
+        self._nod = Nod(robot.model.head.low, robot.model.head.high)
         self.sighting: Sighting | None = None
         "The detections in the newest image."
         self.no_image = ""
@@ -130,7 +137,9 @@ class ServoLoop:
                 target=target is not None,
                 centred=target is not None and robot is not None and self._centred(robot),
                 marker=marker is not None and self._reachable(marker),
+                old=self._old(),
                 arrived=marker is not None and self.arm.arrived,
+                settled=self.arm.settled,
                 following=marker is not None and self._follows(),
                 stuck=self._stuck,
                 problem=self._problem(now, bool(fresh), robot, sound, fresh_robot),
@@ -180,6 +189,8 @@ class ServoLoop:
             step = self.head.step(target, camera, robot.head, now)
         else:
             self.head.rest()
+        if state is State.CENTRING and marker is not None and self._old() and self._centred(robot):
+            head = self._nod.velocity(now, robot.head, float(self.head.offset[1]))
         if state.arm_moves and marker is not None and ARM in self._parts:
             followed = velocity if self.config.arm.follow > 0 else None
             hand = self.arm.approach(robot.hand, marker, seconds, followed)
@@ -192,6 +203,8 @@ class ServoLoop:
         angles = self._history.at(sighting.captured)
         camera = None if angles is None else self._camera_pose(angles)
         self.marker.update(sighting, camera)
+        marker = sighting.only(self.config.marker.target)
+        self.own_motion.add(sighting.captured, camera, None if marker is None else marker.pose)
         self.person.update(sighting, camera)
         seen = self.marker.seen
         if seen is None:
@@ -259,6 +272,21 @@ class ServoLoop:
 
     def _reachable(self, marker: Pose) -> bool:
         return ARM in self._parts and self.arm.inside(self.arm.goal(marker)[:3, 3])
+
+    def _old(self) -> str:
+        """Return why the images may be too old for the arm to move; empty if they are of now.
+
+        A head that cannot nod leaves this open.
+        """
+        watch, head = self.own_motion, self.config.head
+        if watch.shown or HEAD not in self._parts or self._dry_run:
+            return ""
+        if head.mode == "steps" or math.radians(head.fastest) < SLOWEST:
+            return ""
+        if not watch.lag:
+            return "the head nods: the images must show its motion in time"
+        permitted = 1e3 * self.config.safety.image_timeout
+        return f"images show the head's motion {watch.lag:.1f} s late, where {permitted:.0f} ms are allowed"
 
     def _lateness_of(self, now: float, captured: float) -> str:
         """Return how much too late a new image came, or too long after the one before; empty if neither."""

@@ -58,8 +58,12 @@ class Situation:
     "Whether the target is in the middle of the image."
     marker: bool = False
     "Whether the chosen marker is seen, confirmed by several images."
+    old: str = ""
+    "Why the images may be too old for the arm to move, as display text; empty if they are of now."
     arrived: bool = False
     "Whether the hand is at its goal."
+    settled: bool = False
+    "Whether it is as near as it gets, and rests."
     following: bool = False
     "Whether the hand may follow the marker, which moves, and is near enough."
     stuck: str = ""
@@ -82,6 +86,8 @@ class StateMachine:
 
     HOLD = 0.4
     "Seconds at the goal before it counts as reached."
+    SETTLES = 1.2
+    "The same if the hand does not come to rest, for instance because a person holds the marker."
 
     def __init__(self, grace: float, search_after: float) -> None:
         self.state = State.LOST
@@ -169,6 +175,8 @@ class StateMachine:
         if situation.centred and situation.marker:
             if situation.stuck:
                 self._enter(now, State.STUCK, situation.stuck)
+            elif situation.old:
+                self._enter(now, State.CENTRING, situation.old)
             else:
                 self._enter(now, State.APPROACHING, "the marker is centred")
         elif situation.centred and not waiting and self._marker_lost(now):
@@ -182,14 +190,14 @@ class StateMachine:
         elif situation.following:
             self._enter(now, State.FOLLOWING, "the hand goes along with the marker")
         else:
-            self._arrive(now, situation.arrived)
+            self._arrive(now, situation.arrived, self.HOLD if situation.settled else self.SETTLES)
 
-    def _arrive(self, now: float, arrived: bool) -> None:
+    def _arrive(self, now: float, arrived: bool, hold: float) -> None:
         if not arrived:
             self._arrived_since = None
         elif self._arrived_since is None:
             self._arrived_since = now
-        elif now - self._arrived_since >= self.HOLD:
+        elif now - self._arrived_since >= hold:
             self._enter(now, State.REACHED, "the hand is at the marker")
 
     def _enter(self, now: float, state: State, reason: str) -> None:

@@ -239,6 +239,18 @@ def test_a_resting_hand_starts_again_only_when_it_is_clearly_off():
         assert bool(twist.any()) is moves, metres
 
 
+def test_a_hand_rests_as_a_whole_and_stays_at_rest_though_nothing_is_commanded():
+    """It came to rest 3.2 mm from its goal: turning moved it after it had ceased to correct its place."""
+    controller, marker = arm(), marker_at()
+    twist = controller.approach(away(controller, marker, 0.0015, 0.1), marker, DT)
+    assert twist[:3].any() and twist[3:].any() and not controller.settled
+    hand = away(controller, marker, 0.0015, math.radians(0.4))
+    for _ in range(3):
+        assert not controller.approach(hand, marker, DT).any() and controller.settled
+        controller.rest()  # as the loop does, because the twist is zero
+        hand = away(controller, marker, 0.0035, math.radians(0.9))
+
+
 def test_noise_at_the_goal_does_not_move_the_hand():
     controller, marker, random = arm(), marker_at(), np.random.default_rng(2)
     hand = away(controller, marker, 0.001)

@@ -30,6 +30,7 @@ class Bench:
         self.robot = RecordingRobot(floating=True)
         self.loop = ServoLoop(Config(**sections), self.robot, dry_run=dry_run)
         self.obeys = obeys
+        self.loop.own_motion.shown = not obeys  # a head that stays where it is can show nothing
 
     def run(self, see, cycles=30):
         for _ in range(cycles):

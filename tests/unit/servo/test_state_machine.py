@@ -15,7 +15,8 @@ PERSON_ASIDE = Situation(target=True)
 PERSON = Situation(target=True, centred=True)
 MARKER_ASIDE = Situation(target=True, marker=True)
 MARKER = Situation(target=True, centred=True, marker=True)
-ARRIVED = Situation(target=True, centred=True, marker=True, arrived=True)
+ARRIVED = Situation(target=True, centred=True, marker=True, arrived=True, settled=True)
+RESTLESS = dataclasses.replace(ARRIVED, settled=False)
 MOVING = Situation(target=True, centred=True, marker=True, following=True)
 STUCK = Situation(target=True, centred=True, marker=True, stuck="a joint is at its limit")
 BLIND = Situation(images=False)
@@ -86,12 +87,14 @@ def test_nothing_moves_before_anything_is_known():
         (State.APPROACHING, MARKER_ASIDE, 60, State.APPROACHING),
         (State.APPROACHING, ARRIVED, StateMachine.HOLD / 2, State.APPROACHING),
         (State.APPROACHING, ARRIVED, StateMachine.HOLD + 0.1, State.REACHED),
+        (State.APPROACHING, RESTLESS, StateMachine.HOLD + 0.1, State.APPROACHING),
+        (State.APPROACHING, RESTLESS, StateMachine.SETTLES + 0.1, State.REACHED),
         (State.APPROACHING, NOTHING, GRACE + 0.1, State.LOST),
         (State.REACHED, ARRIVED, 60, State.REACHED),
         (State.REACHED, MARKER, STEP, State.APPROACHING),
         (State.REACHED, NOTHING, GRACE + 0.1, State.LOST),
         (State.APPROACHING, STUCK, STEP, State.STUCK),
-        (State.APPROACHING, dataclasses.replace(STUCK, arrived=True), 1.0, State.REACHED),
+        (State.APPROACHING, dataclasses.replace(STUCK, arrived=True), 1.3, State.REACHED),
         (State.CENTRING, STUCK, STEP, State.STUCK),
         (State.WAITING, STUCK, STEP, State.STUCK),
         (State.STUCK, STUCK, 60, State.STUCK),
