@@ -26,8 +26,15 @@ DOCS = Path(__file__).parents[3] / "docs"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 SMALL = "sim:?width=640&height=480&fps=100&exposure=2000"
 PAGES = (
-    "first-script.md", "cookbook.md", "logging.md", "library.md", "rig.md", "tuning.md", "usb3-vision.md",
-)  # fmt: skip
+    "../README.md",
+    "first-script.md",
+    "cookbook.md",
+    "logging.md",
+    "library.md",
+    "rig.md",
+    "tuning.md",
+    "usb3-vision.md",
+)
 QUIET = ("logging.md", "tuning.md", "usb3-vision.md")
 """Pages whose programs print nothing."""
 NET = f"127.95.{os.getpid() % 250 + 1}"

@@ -74,3 +74,39 @@ def test_a_calibration_knows_its_camera_by_model_and_serial_number():
     assert made.is_of_another(DeviceInfo("gige:1", model="Two", serial="7"))
     assert not made.is_of_another(DeviceInfo("gige:1", model="Two"))
     assert not PINHOLE.is_of_another(DeviceInfo("gige:1", model="One", serial="8"))
+
+
+def test_the_nominal_camera_looks_through_the_middle_of_the_image():
+    camera = Calibration.from_field_of_view(640, 480, 90)
+    assert camera.matrix.tolist() == [
+        [pytest.approx(320), 0, 319.5],
+        [0, pytest.approx(320), 239.5],
+        [0, 0, 1],
+    ]
+    assert camera.nominal and not camera.distortion.any()
+    for degrees in (0.9, 171):
+        with pytest.raises(UsageError, match="allowed: 1 to 170"):
+            Calibration.from_field_of_view(640, 480, degrees)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"width": 0}, "of 0×480 pixels is impossible"),
+        ({"distortion": np.zeros(6)}, "4, 5 or 8 distortion coefficients"),
+        ({"matrix": np.eye(4)}, "3×3 camera matrix"),
+        ({"rectified": np.eye(3)}, "3×4 projection"),
+        ({"distortion": np.array([np.nan, 0, 0, 0, 0])}, "not finite"),
+        ({"distortion": np.array([2e9, 0, 0, 0, 0])}, "its numbers are at most 1e"),
+        ({"matrix": np.diag([4.0, 500, 1])}, "focal lengths of 4 and 500 pixels are impossible"),
+        ({"matrix": np.diag([500.0, 7e7, 1])}, "4.8 to 6.4e"),
+    ],
+)
+def test_an_impossible_calibration_is_refused(change, reason):
+    with pytest.raises(UsageError, match=reason):
+        replace(PINHOLE, **change)
+
+
+def test_extreme_numbers_are_allowed():
+    assert replace(PINHOLE, distortion=np.array([0, 0, 0, 0, 1e9])).distortion[4] == 1e9
+    assert replace(PINHOLE, matrix=np.diag([4.8, 6.4e7, 1])).matrix[0, 0] == 4.8

@@ -134,3 +134,33 @@ def test_a_header_is_enough_and_less_is_not():
         assert encoded_image.announced_size(file[:size]) == (21, 13)
         assert encoded_image.announced_size(file[: size - 1]) is None
     assert encoded_image.announced_size(bmp_of(21, -13)) == (21, 13)
+
+
+def tiff_of(width, height, order, big):
+    """The head and the first page of a TIFF or BigTIFF, which has more before the two sides."""
+    head = struct.pack(f"{order}HHHQ", 43, 8, 0, 16) if big else struct.pack(f"{order}HI", 42, 8)
+    entries = b""
+    for tag, value in ((254, 0), (256, width), (257, height)):
+        entries += struct.pack(f"{order}HHQQ" if big else f"{order}HHII", tag, 4, 1, 0)[: 12 if big else 8]
+        entries += struct.pack(f"{order}I", value) + bytes(4 if big else 0)
+    count = struct.pack(f"{order}Q" if big else f"{order}H", 3)
+    return {"<": b"II", ">": b"MM"}[order] + head + count + entries
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("big", [False, True])
+def test_the_size_of_a_tiff_is_found_in_its_first_page(order, big):
+    file = tiff_of(300, 200, order, big)
+    assert encoded_image.announced_size(file) == (300, 200)
+    assert encoded_image.announced_size(file[:-9]) is None
+
+
+@pytest.mark.parametrize(
+    ("components", "depth", "name"),
+    [(1, 8, "Mono8"), (1, 12, "Mono12"), (1, 9, "Mono16"), (3, 8, "BGR8"), (3, 9, "BGR16")],
+)
+def test_a_jpeg_2000_image_has_the_format_of_its_samples(components, depth, name):
+    size = struct.pack(">HHH8IHBBB", 0xFF51, 41, 0, 110, 60, 10, 10, 8, 8, 0, 0, components, depth - 1, 1, 1)
+    file = b"box" + b"\xff\x4f" + size + b"\xff\x4f\xff\x51" + bytes(50)
+    header = encoded_image.jpeg2000_header(file)
+    assert (header.width, header.height, header.pixel_format.name) == (100, 50, name)

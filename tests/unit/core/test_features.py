@@ -229,3 +229,8 @@ def test_coded_numbers_are_shown_and_read_in_their_own_spelling(representation, 
 )
 def test_a_coded_number_is_written_in_its_spelling_if_it_fits(number, representation, text):
     assert coded_text(number, representation) == text
+
+
+@pytest.mark.parametrize(("value", "on"), [("1.0", True), (0.0, False), (" On ", True), ("no", False)])
+def test_a_switch_takes_the_words_of_files(value, on):
+    assert feature(FeatureKind.BOOLEAN).validated(value) is on

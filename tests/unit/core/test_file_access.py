@@ -232,3 +232,8 @@ def test_a_lost_camera_is_reported_with_the_advice_to_repeat_the_upload(camera, 
     monkeypatch.setattr(type(camera), "write_register", lose)
     with pytest.raises(TransportError, match=r"writing LUTLuminance: no acknowledge; it cannot be resumed"):
         write_file(camera, "LUTLuminance", GAMMA)
+
+
+@pytest.mark.parametrize("name", ["Firmware", "MainBootloader", "FPGA1", "Bitstream"])
+def test_files_that_make_a_camera_useless_are_recognised(name):
+    assert is_firmware(name) and not is_firmware("UserSet1")

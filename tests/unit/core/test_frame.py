@@ -1,13 +1,14 @@
 import gc
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from grabbergui.core.component import ComponentKind
-from grabbergui.core.frame import FEWEST_BUFFERS, MOST_BUFFERS, BufferPool, Frame
+from grabbergui.core.component import Component, ComponentKind
+from grabbergui.core.frame import FEWEST_BUFFERS, MOST_BUFFERS, BufferPool, Frame, FrameStatus, time_of_day
 from grabbergui.core.pfnc import by_name
 from patience import PATIENCE
 
@@ -149,3 +150,23 @@ def test_the_kind_of_a_plain_image_follows_from_its_pixels():
     grey, distance = by_name("Mono8"), by_name("Coord3D_C16")
     assert Frame(np.zeros(4, np.uint8), 2, 2, grey).components[0].kind is ComponentKind.INTENSITY
     assert Frame(np.zeros(8, np.uint8), 2, 2, distance).components[0].kind is ComponentKind.RANGE
+
+
+def test_a_monotonic_time_has_a_time_of_day():
+    before = time.time_ns()
+    assert abs(time_of_day(time.monotonic_ns()) - before) < 10**9
+    assert time_of_day(10**12) - time_of_day(0) == pytest.approx(10**12, abs=10**9)
+
+
+def test_a_component_as_a_frame_keeps_what_is_known_of_the_frame():
+    grey = by_name("Mono8")
+    part = Component(np.zeros(6, np.uint8), 3, 2, grey, ComponentKind.CONFIDENCE, offset_x=4, offset_y=5)
+    frame = Frame(
+        np.zeros(6, np.uint8), 3, 2, grey, frame_id=7, timestamp_ns=8, received_ns=9, captured=1.5,
+        status=FrameStatus.INCOMPLETE, missing_bytes=2, chunks={"ChunkGain": 1.0}, stream_channel=1,
+    )  # fmt: skip
+    alone = frame.of_component(part)
+    kept = ("frame_id", "timestamp_ns", "received_ns", "captured", "status", "missing_bytes", "chunks")
+    for name in (*kept, "stream_channel"):
+        assert getattr(alone, name) == getattr(frame, name), name
+    assert (alone.width, alone.height, alone.offset_x, alone.offset_y) == (3, 2, 4, 5)

@@ -204,3 +204,12 @@ def test_a_cleared_meter_measures_anew():
     assert meter.rates(now=1.0) == (2, 14)
     meter.clear()
     assert meter.rates(now=1.0) == (0, 0)
+
+
+def test_two_events_far_apart_have_a_rate():
+    meter = RateMeter(window=2)
+    meter.add(10, now=0.0)
+    assert meter.rates(now=0.0) == (0.0, 0.0)
+    meter.add(30, now=5.0)
+    assert meter.rates(now=5.0) == (0.2, 6.0)
+    assert meter.rates(now=15.0)[0] == 0.2 and meter.rates(now=16.0)[0] < 0.2, "a stream that has stalled"

@@ -50,3 +50,7 @@ def test_json_is_written_in_one_place():
     writing = re.compile(r"\bjson\.dumps?\(|JSONEncoder")
     found = [path for path in PACKAGE.rglob("*.py") if writing.search(path.read_text("utf-8"))]
     assert [path.relative_to(PACKAGE).as_posix() for path in found] == ["core/json_text.py"]
+
+
+def test_what_is_not_plain_may_be_made_plain():
+    assert to_json({"a": {1}}, default=sorted, compact=True) == '{"a":[1]}'

@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core import pfnc, pixels
+from grabbergui.core.colour import measured_bounds
 from grabbergui.core.pfnc import Family
 from grabbergui.core.pixels import Region
 from images import frame_of, random_values
@@ -91,3 +92,9 @@ def test_a_region_outside_becomes_the_nearest_pixel():
 def test_black_stays_black_without_a_bayer_pattern():
     black = frame_of(np.zeros((8, 8), int), pfnc.by_name("SCF1WBWG8"))
     assert not black.rgb().any() and not black.mono().any()
+
+
+def test_bounds_are_those_of_finite_values():
+    assert measured_bounds(np.array([3.0, np.nan, -2.0, np.inf])) == (-2.0, 3.0)
+    assert measured_bounds(np.array([np.nan])) == (0.0, 1.0)
+    assert measured_bounds(np.array([7, 9], np.uint16)) == (7.0, 9.0)

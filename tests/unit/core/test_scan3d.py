@@ -193,3 +193,33 @@ def test_a_change_is_followed_while_whoever_reports_it_holds_the_camera(monkeypa
     assert not writer.is_alive()
     until(lambda: followed.value == C_ONLY)
     followed.close()
+
+
+def test_units_and_axes_of_a_camera_are_read():
+    values = {
+        "Scan3dCoordinateScale": 0.5, "Scan3dCoordinateOffset": 2.0, "Scan3dDistanceUnit": "Inch",
+        "Scan3dBaseline": 2.0, "Scan3dFocalLength": 500.0, "Scan3dPrincipalPointU": 3.0,
+        "Scan3dPrincipalPointV": 4.0, "Scan3dOutputMode": "RectifiedC",
+    }  # fmt: skip
+    scan = read_scan3d(
+        ScriptedGrabber(
+            Feature(
+                name=name,
+                kind=FeatureKind.STRING if isinstance(value, str) else FeatureKind.FLOAT,
+                access=AccessMode.READ_ONLY,
+                value=value,
+            )
+            for name, value in values.items()
+        )
+    )
+    assert (scan.unit, scan.baseline, scan.focal_length) == (25.4, 50.8, 500.0)
+    assert (scan.principal_point, scan.output_mode) == ((3.0, 4.0), "RectifiedC")
+    assert {(axis.scale, axis.offset) for axis in scan.coordinates} == {(0.5, 2.0)}
+
+
+def test_each_axis_has_its_own_scale():
+    scan = Scan3d(True, (Coordinate(2.0, 1.0), Coordinate(3.0, 2.0), Coordinate(0.5, 4.0)))
+    every = frame_of(np.array([[[1, 2, 8]]], np.uint16), "Coord3D_ABC16")
+    assert scan.points(every)[0, 0].tolist() == [3.0, 8.0, 8.0]
+    two = frame_of(np.array([[[1, 8]]], np.uint16), "Coord3D_AC16")
+    assert replace(scan, focal_length=4.0).points(two)[0, 0].tolist() == [3.0, 0.0, 8.0]

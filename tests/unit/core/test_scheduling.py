@@ -113,3 +113,11 @@ def test_another_system_grants_nothing(kernel: Kernel, monkeypatch: pytest.Monke
     assert "this system grants" in run_first()
     assert "this system does not lock" in scheduling.lock_memory()
     assert not RealtimeThread().review(time.monotonic() + 1) and not kernel.asked
+
+
+def test_the_share_of_a_core_counts_and_not_the_time(kernel: Kernel) -> None:
+    thread = RealtimeThread()
+    kernel.worked = 0.5 * MOST_WORK
+    assert thread.review(BEGIN + 0.5)
+    kernel.worked += 0.5 * MOST_WORK + 0.01
+    assert not thread.review(BEGIN + 1.0)

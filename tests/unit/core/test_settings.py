@@ -8,7 +8,7 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import FeatureAccessError, FeatureError, UsageError
-from grabbergui.core.feature_instances import MAX_INSTANCES, instances
+from grabbergui.core.feature_instances import MAX_INSTANCES, instances, instances_of
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.settings import MOST_CHANGED, SettingKey, return_text, same_value
 from grabbergui.core.settle import BATCH, MAX_PASSES, Settled, settle
@@ -329,3 +329,11 @@ def test_a_return_is_described_by_what_differs():
 def test_values_are_compared_by_their_meaning(first, second, same):
     assert same_value(first, second) is same
     assert same_value(second, first) is same
+
+
+def test_the_settings_under_all_entries_of_a_selector():
+    channel = choice("Channel", "Red", "Red", "Blue")
+    gain = replace(number("Gain", 1), selectors=("Channel",))
+    grabber = ScriptedGrabber([channel, gain])
+    assert [str(key) for key in instances_of(grabber, "Gain")] == ["Gain[Channel=Red]", "Gain[Channel=Blue]"]
+    assert instances_of(grabber, "Offset") == []
