@@ -5,27 +5,14 @@ from __future__ import annotations
 import json
 import re
 from functools import lru_cache
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+from architecture_walks import PAGE, ROOT, walks
+
 COMMANDS = {"serve"}
 "Words in the table that are no modules."
-STEP = re.compile(r"\b([A-Z]\w+)\.(\w+)\b")
-
-
-def walks() -> list[tuple[str, str, str]]:
-    """Return package, class and method of every step."""
-    found = []
-    for drawing in re.findall(r"^## [^\n]* on its way to .*?```\n(.*?)```", PAGE, re.DOTALL | re.MULTILINE):
-        package = ""
-        for line in drawing.splitlines():
-            if not line.startswith(" "):
-                package = line.split()[0]
-            found += [(package, *match.groups()) for match in STEP.finditer(line)]
-    return found
+STEPS = [step for steps in walks().values() for step in steps]
 
 
 @lru_cache
@@ -39,10 +26,10 @@ def classes(package: str) -> dict[str, str]:
 
 
 def test_the_walks_are_found() -> None:
-    assert len({package.partition("/")[0] for package, _, _ in walks()}) >= 5 and len(walks()) > 25
+    assert len({package.partition("/")[0] for package, _, _ in STEPS}) >= 5 and len(STEPS) > 25
 
 
-@pytest.mark.parametrize("package, name, method", walks())
+@pytest.mark.parametrize("package, name, method", STEPS)
 def test_a_step_is_in_the_code(package: str, name: str, method: str) -> None:
     assert name in classes(package), f"grabbergui/{package} has no class {name}"
     assert re.search(rf"def {method}\b", classes(package)[name]), f"{name} has no method {method}"
