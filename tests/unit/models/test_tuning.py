@@ -131,7 +131,7 @@ def test_no_frame_error_is_a_grabbers(stage):
     s = stage()
     s.grabber.sending.clear()
     bench = tuning.TuningRun(s.tracked_grabber, s.features, None, lambda *_: None)
-    bench._frames.close()
+    bench.close()
     with pytest.raises(FrameTimeoutError):
         bench.light(None)
 

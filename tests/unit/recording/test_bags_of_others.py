@@ -413,15 +413,21 @@ def test_broken_bytes_of_a_database_give_no_traceback(ros, tmp_path):
     assert right > 20
 
 
-def test_a_recording_of_a_database_is_not_written_to(ros, tmp_path):
+def test_a_recording_of_a_database_is_not_written_to(ros, tmp_path, monkeypatch):
     store, _ = ros
     folder = write_bag(ros, tmp_path / "bag", [("/i", image(store, flat(1), "mono8"), 1)])
     (file,) = folder.glob("*.db3")
     before, names = file.read_bytes(), sorted(path.name for path in folder.iterdir())
     assert len(played(folder)) == 1
     assert file.read_bytes() == before and sorted(path.name for path in folder.iterdir()) == names
-    with contextlib.closing(Db3File(file)) as opened, pytest.raises(sqlite3.OperationalError):
-        opened._database.execute("DELETE FROM messages")
+    connect, databases = sqlite3.connect, []
+    monkeypatch.setattr(
+        sqlite3,
+        "connect",
+        lambda *place, **options: databases.append(connect(*place, **options)) or databases[0],
+    )
+    with contextlib.closing(Db3File(file)), pytest.raises(sqlite3.OperationalError):
+        databases[0].execute("DELETE FROM messages")
 
 
 def test_images_that_cannot_be_are_refused_one_by_one(ros, tmp_path):
