@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import os
 import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -71,21 +72,25 @@ def moved_into(namespace: str) -> Iterator[None]:
             enter(before.fileno(), _NEW_NETWORK)
 
 
-def network_seconds() -> float:
-    """Return the CPU seconds of the kernel's threads that poll this process's wire."""
-    ticks = 0
+def network_seconds(maker: int | None = None) -> float:
+    """Return the CPU seconds of the kernel's threads that poll the wire of a process, by default this one."""
+    used = 0.0
     for process in Path("/proc").iterdir():
         if process.name.isdigit():
             with suppress(OSError):
-                name, _, fields = (process / "stat").read_text().rpartition(")")
-                if f"(napi/{_device()}-" in name:
-                    ticks += sum(map(int, fields.split()[11:13]))
-    return ticks / os.sysconf("SC_CLK_TCK")
+                if (process / "comm").read_text().startswith(f"napi/{_device(maker)}-"):
+                    used += process_seconds(int(process.name))
+    return used
 
 
-def _device() -> str:
+def process_seconds(process_id: int) -> float:
+    """Return the CPU seconds of a process with all its threads. Raises OSError if it has ended."""
+    return time.clock_gettime((~process_id << 3) | 2)  # Linux's clock id: CPUCLOCK_SCHED of a process
+
+
+def _device(maker: int | None = None) -> str:
     """Return the name of both ends, which the kernel's threads have in theirs (15 letters)."""
-    return f"e{os.getpid()}"
+    return f"e{maker or os.getpid()}"
 
 
 def _run(*command: str) -> None:
