@@ -57,7 +57,7 @@ class Bench:
         self.sources.state_changed.connect(lambda state, reason: self.states.append(state))
         self.link.reports.failed.connect(self.failures.append)
 
-    def said(self):
+    def texts(self):
         """The messages that are to be seen."""
         return [message.sentence for message in self.link.messages.shown(self.sources.current)]
 

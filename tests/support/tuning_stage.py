@@ -98,8 +98,8 @@ class Stage:
         self.tracked_grabber.open()
         self.features = FeatureTreeModel(self.tracked_grabber, self.worker)
         self.push = OnePush()
-        self.said, self.results, self.failures = [], [], []
-        self.push.progressed.connect(lambda share, text: self.said.append((share, text)))
+        self.progress, self.results, self.failures = [], [], []
+        self.push.progressed.connect(lambda share, text: self.progress.append((share, text)))
         self.push.succeeded.connect(self.results.append)
         self.push.failed.connect(self.failures.append)
 

@@ -14,8 +14,8 @@ def test_exposure_finds_the_target_without_any_automatic(stage, light):
     s = stage(light=light)
     assert "Exposed" in s.run(on(REGION, expose)), s.failures
     assert s.light().mean == pytest.approx(0.5, abs=EXPOSURE_TOLERANCE)
-    assert 0.0 <= s.said[0][0] <= s.said[-1][0] < 1.0
-    assert len(s.said) <= EXPOSURE_STEPS
+    assert 0.0 <= s.progress[0][0] <= s.progress[-1][0] < 1.0
+    assert len(s.progress) <= EXPOSURE_STEPS
 
 
 def test_the_time_grows_up_to_the_frame_rates_room_and_gain_does_the_rest(stage):
@@ -84,7 +84,7 @@ def test_a_lamp_beyond_the_ratios_is_reported(stage):
 
 
 @pytest.mark.parametrize(
-    ("how", "said"),
+    ("how", "reason"),
     [
         ({"pixel_format": "Mono8"}, "no colour"),
         ({"light": 50.0}, "saturated"),
@@ -92,10 +92,10 @@ def test_a_lamp_beyond_the_ratios_is_reported(stage):
         ({"light": 8.0, "lamp": (1.0, 0.0, 0.7)}, "hardly any green"),
     ],
 )
-def test_an_impossible_white_balance_names_the_reason_and_changes_nothing(stage, how, said):
+def test_an_impossible_white_balance_names_the_reason_and_changes_nothing(stage, how, reason):
     s = stage(**how)
     s.run(on(REGION, balance), name="White balance")
-    assert said in s.failures[0]
+    assert reason in s.failures[0]
     assert [name for name, _, _ in s.grabber.writes if name == "BalanceRatio"] == []
 
 

@@ -44,9 +44,9 @@ def test_reports_of_a_source_are_passed_on_until_it_is_closed(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     bench.source.noticed.emit("images are 320×240 now")
-    assert bench.said() == ["Images are 320×240 now"] and bench.failures == []
+    assert bench.texts() == ["Images are 320×240 now"] and bench.failures == []
     bench.sources.close_current()
-    assert bench.said() == []
+    assert bench.texts() == []
 
 
 def test_connecting_does_not_wait_and_can_be_cancelled(bench):
@@ -76,12 +76,12 @@ def test_why_nothing_is_connected_is_said_until_the_next_attempt(bench):
     """After 30 s only "Not connected" was left."""
     bench.source.problem = TransportError("the cable is out")
     bench.link.connect_to("sim:")
-    until(bench.said)
+    until(bench.texts)
     (message,) = bench.link.messages.shown(None)
     assert (message.cause, message.ends) == (Cause.OPENING, None)
     bench.source.problem = None
     bench.link.connect_to("sim:")
-    assert bench.said() == []
+    assert bench.texts() == []
 
 
 def test_a_failure_to_open_another_source_is_said_for_a_while(bench):
@@ -89,7 +89,7 @@ def test_a_failure_to_open_another_source_is_said_for_a_while(bench):
     bench.until(S.STREAMING)
     bench.source.problem = TransportError("the cable is out")
     bench.link.connect_to("gige:1.2.3.4")
-    until(bench.said)
+    until(bench.texts)
     (message,) = bench.link.messages.shown(bench.sources.current)
     assert message.cause is Cause.OPENING and message.ends is not None
 
@@ -219,7 +219,7 @@ class Held(Source):
         super().start()
 
 
-def said(bench):
+def notices(bench):
     return [message.text for message in bench.link.messages.shown(bench.sources.current)]
 
 
@@ -229,7 +229,7 @@ def test_a_program_that_controls_the_camera_no_more_is_no_longer_named(bench):
     bench.until(S.OPEN)
     until(lambda: bench.sources.current.no_frames)
     source.held_changed.emit(True)
-    assert "10.0.0.5" in said(bench)[0], "what is known already changes nothing"
+    assert "10.0.0.5" in notices(bench)[0], "what is known already changes nothing"
     bench.link.messages.dismiss(bench.link.messages.shown(bench.sources.current)[0])
 
     source.held_changed.emit(False)
@@ -239,7 +239,7 @@ def test_a_program_that_controls_the_camera_no_more_is_no_longer_named(bench):
     assert not bench.sources.current.no_frames
 
     source.held_changed.emit(True)
-    assert said(bench)[0].startswith("read only: another application controls it; values")
+    assert notices(bench)[0].startswith("read only: another application controls it; values")
     source.held = False
     bench.link.take_control()
     bench.until(S.STREAMING)
@@ -255,7 +255,7 @@ def test_control_that_is_freed_while_a_camera_is_opened_for_reading_is_offered(b
 
     bench.source = Freed()
     bench.link.connect_to("fake:")
-    until(lambda: said(bench) and "no other application" in said(bench)[0])
+    until(lambda: notices(bench) and "no other application" in notices(bench)[0])
 
 
 def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
@@ -270,15 +270,15 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
 
     source.refuses_take_over = True
     bench.link.take_control()
-    until(lambda: any("control was not given" in text for text in said(bench)), "the refusal")
-    assert "10.0.0.5" in said(bench)[0] and bench.sources.current.read_only
+    until(lambda: any("control was not given" in text for text in notices(bench)), "the refusal")
+    assert "10.0.0.5" in notices(bench)[0] and bench.sources.current.read_only
 
     source.held = source.refuses_take_over = False
     until(lambda: bench.sources.current.no_frames)
     bench.link.take_control()
     bench.until(S.STREAMING)
     assert not bench.sources.current.read_only
-    assert said(bench) == ["this window has control now: values can be changed"]
+    assert notices(bench) == ["this window has control now: values can be changed"]
     assert source.access is Access.TAKE_OVER, "on purpose, so that it may be taken from one who offers it"
 
 

@@ -33,15 +33,15 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
     bench.until(S.STREAMING)
     for losses in (1, 2):
         lose(bench)
-        lose(bench)  # said by two threads, it is still one loss
+        lose(bench)  # reported by two threads, it is still one loss
         assert bench.sources.state is S.LOST
-        (said,) = bench.said()
-        assert re.match(r"Reconnecting since \d\d:\d\d:\d\d: the camera does not answer", said)
-        assert ("(×2)" in said) == (losses == 2)
+        (reported,) = bench.texts()
+        assert re.match(r"Reconnecting since \d\d:\d\d:\d\d: the camera does not answer", reported)
+        assert ("(×2)" in reported) == (losses == 2)
         come_back(bench)
         assert bench.sources.state is S.STREAMING
-        (said,) = bench.said()
-        assert said.startswith("Back after ") and "s, set as before" in said
+        (reported,) = bench.texts()
+        assert reported.startswith("Back after ") and "s, set as before" in reported
     assert len(bench.failures) == 2
 
 
@@ -83,7 +83,7 @@ def test_a_source_lost_while_a_call_ends_is_lost(bench, call):
     opened.worker.submit(lambda: None, done=lambda _: source.calls.append("done"))
     until(lambda: "done" in source.calls)
     assert bench.sources.state is S.LOST and bench.sources.reason == "the camera does not answer"
-    assert any(said.startswith("Reconnecting since") for said in bench.said())
+    assert any(reported.startswith("Reconnecting since") for reported in bench.texts())
     source.start_problem = None
     if call == "open":
         source.start()  # as a camera does that was to start when it was lost
@@ -101,8 +101,8 @@ def test_a_source_lost_before_it_replaces_another_is_lost(bench):
     opened.worker.submit(lambda: None, done=lambda _: slow.calls.append("done"))
     until(lambda: "done" in slow.calls)
     assert (bench.sources.state, bench.sources.reason) == (S.LOST, "unplugged")
-    (said,) = bench.said()
-    assert said.startswith("Reconnecting since") and said.endswith("unplugged")
+    (reported,) = bench.texts()
+    assert reported.startswith("Reconnecting since") and reported.endswith("unplugged")
     slow.connection_changed.emit(ConnectionState.OPEN, "")
     assert bench.sources.state is S.STREAMING
 
@@ -114,8 +114,8 @@ def test_a_new_reason_for_the_same_loss_is_shown(bench):
     lose(bench)
     lost_since = bench.sources.current.lost_since
     bench.source.connection_changed.emit(ConnectionState.LOST, "another camera is at its address")
-    (said,) = bench.said()
-    assert said.startswith("Reconnecting since") and said.endswith("another camera is at its address")
+    (reported,) = bench.texts()
+    assert reported.startswith("Reconnecting since") and reported.endswith("another camera is at its address")
     assert bench.sources.reason == "another camera is at its address"
     assert (bench.sources.current.losses, bench.sources.current.lost_since) == (
         1,
@@ -141,7 +141,7 @@ def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
     assert "reconnecting since" in lost.text, "a new loss is news"
     bench.link.messages.dismiss(lost)
     come_back(bench)
-    assert "set as before" in bench.said()[0], "and so is its end"
+    assert "set as before" in bench.texts()[0], "and so is its end"
 
 
 def test_settings_that_others_changed_meanwhile_are_shown_until_dismissed(bench):
@@ -167,7 +167,9 @@ def test_a_loss_and_the_differences_after_it_are_logged_once(caplog):
         until(lambda: link.open_sources.state is S.LOST)
     until(lambda: link.messages.shown(link.open_sources.current)[0].text.startswith("back after"))
     assert "Gain is 0 instead of 0.004" in link.messages.shown(link.open_sources.current)[0].text
-    assert [caplog.text.count(said) for said in ("the cable is out", "Gain is 0 instead of 0.004")] == [1, 1]
+    assert [
+        caplog.text.count(reported) for reported in ("the cable is out", "Gain is 0 instead of 0.004")
+    ] == [1, 1]
     link.open_sources.close_all()
     link.open_sources.wait_closed(PATIENCE)
 
@@ -177,14 +179,14 @@ def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
     bench.until(S.STREAMING)
     features = bench.sources.current.features
     features.failed.emit(TransportError("no answer within 0.5 s"))
-    assert bench.said() == ["No answer within 0.5 s"]
+    assert bench.texts() == ["No answer within 0.5 s"]
     lose(bench)
     features.failed.emit(TransportError("no answer within 0.5 s"))
     features.failed.emit(DeviceLostError("the camera is lost"))
-    assert len(bench.said()) == 1 and "Reconnecting since" in bench.said()[0]
+    assert len(bench.texts()) == 1 and "Reconnecting since" in bench.texts()[0]
     come_back(bench)
     features.failed.emit(DeviceLostError("the camera is lost"))
-    assert len(bench.said()) == 1 and "Back after" in bench.said()[0]
+    assert len(bench.texts()) == 1 and "Back after" in bench.texts()[0]
 
 
 def test_a_refused_write_is_shown_for_its_own_camera_only(bench):
@@ -194,19 +196,19 @@ def test_a_refused_write_is_shown_for_its_own_camera_only(bench):
     bench.others["sim:2"] = Source()
     bench.link.open_additional("sim:2")
     first.features.failed.emit(FeatureValueError("Gain=99 is above 24", "Gain"))
-    assert bench.said() == ["Gain=99 is above 24"]
+    assert bench.texts() == ["Gain=99 is above 24"]
     second = bench.sources.all[1]
     until(lambda: second.state is S.STREAMING)
     bench.sources.make_current(second)
-    assert bench.said() == []
+    assert bench.texts() == []
 
 
 def test_a_failure_to_open_is_shown_until_the_next_attempt(bench):
     bench.source.problem = SourceNotFoundError("no camera answers")
     bench.link.connect_to("sim:")
     bench.until(S.CLOSED)
-    until(bench.said)
-    assert bench.said() == ["No camera answers"]
+    until(bench.texts)
+    assert bench.texts() == ["No camera answers"]
     bench.source.problem = None
     bench.link.connect_to("sim:")
-    assert bench.said() == []
+    assert bench.texts() == []

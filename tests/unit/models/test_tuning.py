@@ -93,7 +93,7 @@ def test_a_scene_that_never_settles_ends_within_its_bounds_and_restores(stage):
     s.push.progressed.connect(lambda *_: setattr(s.grabber, "light", 30.0 if s.grabber.light < 1 else 0.03))
     s.run(on(REGION, expose))
     assert "did not settle" in s.failures[0]
-    assert len(s.said) == EXPOSURE_STEPS
+    assert len(s.progress) == EXPOSURE_STEPS
     assert s.value("ExposureTimeRaw") == 1000
 
 
