@@ -22,6 +22,8 @@ from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import SETTLED, LoadReport, load_onto, roll_back
 
+EXIT_DIFFERENT = 1
+
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
@@ -193,9 +195,6 @@ def _as_dict(feature: Feature) -> dict[str, Any]:
         "selectors": list(feature.selectors),
         "problem": feature.problem,
     }
-
-
-EXIT_DIFFERENT = 1
 
 
 def _add_settings(commands: Any) -> None:

@@ -15,6 +15,9 @@ from grabbergui.core.errors import MissingFileError, SourceUnavailableError
 from grabbergui.core.missing_packages import explained
 from grabbergui.core.uri import SourceUri
 
+EXIT_REFUSED = 1
+"Exit code when a line of a script was refused."
+
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
@@ -98,10 +101,6 @@ def _settings_file(uri: SourceUri) -> Path | None:
     if not path.is_file():
         raise MissingFileError(f"{path} does not exist; name a file of settings, or a source such as sim:")
     return path
-
-
-EXIT_REFUSED = 1
-"Exit code when a line of a script was refused."
 
 
 def _add_terminal(commands: Any) -> None:

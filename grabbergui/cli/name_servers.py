@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from grabbergui.net.yarp.os.name_server import NameServer
 
 log = logging.getLogger(__name__)
+_NAME_SERVER = "127.0.0.1:10000"
+"""The default address of our name server."""
 
 
 def add_commands(commands: Any) -> None:
@@ -59,10 +61,6 @@ def _serve_names(options: argparse.Namespace) -> int:
     with stop_on_signals() as stop, _running(server):
         stop.wait()
     return 0
-
-
-_NAME_SERVER = "127.0.0.1:10000"
-"""The default address of our name server."""
 
 
 def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:

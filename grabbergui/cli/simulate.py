@@ -15,6 +15,9 @@ from grabbergui.core.environment import find_file
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 
+_FASTEST_LINK = 1e12
+"""Bytes per second; the camera has its speed in a register of 32 bits, in Mbit/s."""
+
 
 def add_commands(commands: Any) -> None:
     """Add the parser."""
@@ -99,10 +102,6 @@ def add_commands(commands: Any) -> None:
         "--unplug-after", type=count_or_none, default=0, metavar="N", help="unplug after N frames"
     )
     parser.set_defaults(run=_simulate_camera)
-
-
-_FASTEST_LINK = 1e12
-"""Bytes per second; the camera has its speed in a register of 32 bits, in Mbit/s."""
 
 
 def _bandwidth(text: str) -> float:

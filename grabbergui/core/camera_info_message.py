@@ -19,6 +19,8 @@ from grabbergui.core.ros_image import CDR_LITTLE_ENDIAN, CdrReader, CdrWriter
 
 NAME = "sensor_msgs/msg/CameraInfo"
 _MOST_COEFFICIENTS = 64
+DEFAULT_MODEL = "plumb_bob"
+"""Distortion model of a message that names none."""
 
 
 @dataclass
@@ -72,10 +74,6 @@ class CameraInfoFields:
         binning = reader.number("I"), reader.number("I")
         roi = RegionFields(*(reader.number("I") for _ in range(4)))
         return cls(stamp, frame_id, height, width, model, d, k, r, p, *binning, roi)
-
-
-DEFAULT_MODEL = "plumb_bob"
-"""Distortion model of a message that names none."""
 
 
 def fill_camera_info(message: Any, forms: FrameCalibration) -> None:

@@ -15,6 +15,9 @@ from typing import TypeVar
 _Text = TypeVar("_Text", bound=str)
 Translator = Callable[[str, str], str]
 """Maps context and text to the text in another language."""
+_CONTEXT = "Drivers"
+_LONGEST_SENTENCE = 500
+"Longer texts, which only a faulty remote peer sends, would take long to match."
 
 
 def _as_written(context: str, text: str) -> str:
@@ -55,9 +58,6 @@ def set_translator(translator: Translator | None, decimal_point: str = ".") -> N
 def is_translated() -> bool:
     """Return whether the user's language is not the one in which texts are written."""
     return _translator is not _as_written
-
-
-_CONTEXT = "Drivers"
 
 
 def QT_TRANSLATE_NOOP(context: str, text: str) -> str:
@@ -198,8 +198,6 @@ SENTENCES = (
 )
 """From the special to the general."""
 _guests_sentences: list[str] = []
-_LONGEST_SENTENCE = 500
-"Longer texts, which only a faulty remote peer sends, would take long to match."
 
 
 def add_sentences(sentences: Sequence[str]) -> None:

@@ -25,6 +25,8 @@ from grabbergui.ui.theme import Theme, window_icon
 
 _made: QApplication | None = None
 "Keeps the application, which ends with its last reference in Python: the next window would abort us."
+STOP_POLL_MS = 200
+"Also the period at which Python runs its signal handlers: it does so only between its own instructions."
 
 
 def application() -> QApplication:
@@ -98,10 +100,6 @@ def look(theme: Theme, screenshot: bool = False) -> Theme:
     if theme is not Theme.AUTO:
         return theme
     return Theme.LIGHT if screenshot else Preferences.of_user().theme
-
-
-STOP_POLL_MS = 200
-"Also the period at which Python runs its signal handlers: it does so only between its own instructions."
 
 
 @contextmanager

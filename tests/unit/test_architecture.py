@@ -44,6 +44,8 @@ TWINS = {
 }
 """Names of classes that stand for the same idea of two transports. Every other name means one thing."""
 
+CODE = (ast.ClassDef, ast.FunctionDef)
+
 
 @cache
 def parsed(path):
@@ -100,6 +102,20 @@ def test_one_concern_a_file():
 def test_no_rule_separates_families_within_a_file():
     """A file is one story; families of classes or functions have a file each."""
     assert not [name(path) for path in MODULES if "# -- " in path.read_text("utf-8")]
+
+
+def test_constants_stand_above_the_code_that_uses_them():
+    """Numbers and texts. Constants made of classes stand below these; TEO's, beside its chains."""
+    below_code = []
+    for path in MODULES:
+        body = parsed(path).body
+        first = next((n for n, node in enumerate(body) if isinstance(node, CODE)), len(body))
+        plain = [node for node in body[first:] if isinstance(getattr(node, "value", None), ast.Constant)]
+        named = [each for each in plain if isinstance(each, ast.Assign) and each.targets[0].id.isupper()]
+        below_code += [
+            (name(path), each.targets[0].id) for each in named if name(path) != "servo/robots/teo.py"
+        ]
+    assert not below_code
 
 
 def test_no_constructor_takes_eight_arguments_by_their_order():

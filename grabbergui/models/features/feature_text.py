@@ -25,6 +25,10 @@ from grabbergui.models.markup import Markup, joined, markup
 
 _LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _ZERO_WIDTH_SPACE = "\u200b"
+MOST_VALUE = 300
+"Characters of a value, a name or a range in a tooltip."
+MOST_HELP = 2000
+"Characters of each of the camera's own texts in a tooltip."
 
 
 def breakable(title: str) -> str:
@@ -135,9 +139,3 @@ def _exact(feature: Feature) -> str:
     text = feature.text
     number = isinstance(feature.value, int | float) and not feature.coded
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
-
-
-MOST_VALUE = 300
-"Characters of a value, a name or a range in a tooltip."
-MOST_HELP = 2000
-"Characters of each of the camera's own texts in a tooltip."
