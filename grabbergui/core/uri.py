@@ -263,7 +263,7 @@ class YarpOptions:
     """`yarp:` how the port is found and images travel."""
 
     carrier: str = _option(
-        "fast_tcp", "CARRIER", "how images travel: `fast_tcp`, `tcp`, `udp`, `mjpeg`, `unix_stream`"
+        "fast_tcp", "CARRIER", "how images travel: `fast_tcp`, `tcp`, `udp`, `mcast`, `mjpeg`, `unix_stream`"
     )
     nameserver: str = _option("", "HOST:PORT", "another name server than the configured one")
     bind: str = _option("", "ADDRESS", "the address at which our receiving port listens")

@@ -31,6 +31,7 @@ from grabbergui.net.yarp.grabber_image import MONO, PIXELS
 from grabbergui.net.yarp.grabber_link import Features, GrabberLink
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.target import check_port_name
 
 log = logging.getLogger(__name__)
@@ -182,7 +183,12 @@ class YarpGrabber(RemoteGrabber[ImageStream]):
                 carrier = f"{carrier}+{PIXELS}.{MONO}"
             if self._with_components and self._link.ours:
                 components = ComponentReaders(
-                    self, self._name, self._names, self._fanout.put, carrier=self._carrier, bind=self._bind
+                    self,
+                    self._name,
+                    self._names,
+                    self._fanout.put,
+                    carrier=self._carrier.partition("+")[0],  # the plug-in of colours is not for distances
+                    bind=self._bind,
                 )
             stream = ImageStream(
                 self._name,
@@ -334,8 +340,9 @@ def create(uri: SourceUri) -> FrameGrabber:
     base = carrier.partition("+")[0]
     if base not in _IMAGE_CARRIERS:
         raise UsageError(f"'{uri}': images arrive over {', '.join(_IMAGE_CARRIERS)}, not over '{base}'")
-    if plug_in := wire.modifiers_of(carrier).get("recv"):
-        raise UsageError(f"'{uri}': this end runs no plug-ins; choose a carrier without +recv.{plug_in}")
+    plug_in = wire.modifiers_of(carrier).get("recv")
+    if plug_in and (plug_in not in InputPort.plug_ins or wire.by_name(carrier).pull):
+        raise UsageError(f"'{uri}': this end has no such plug-in; choose a carrier without +recv.{plug_in}")
     return YarpGrabber(
         name,
         nameserver=options.nameserver,

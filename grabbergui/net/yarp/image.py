@@ -19,6 +19,8 @@ from grabbergui.net.yarp.os.values import Vocab
 HEADER: Final = struct.Struct("<15i")
 DEFAULT_QUANTUM: Final = 8
 SIDE_LIMIT: Final = 1 << 20
+BAYER_ORDER: Final = "grbg"
+"""The order of a pattern whose sender does not name one, as in YARP's plug-in bayer."""
 
 _MAT: Final = Vocab("mat")
 
@@ -60,6 +62,11 @@ _CODES: Final = (
 )
 CODES: Final = {code.vocab: code for code in _CODES}
 """By the vocab that names them on the wire."""
+BAYER: Final = {
+    order: {"mono": order, "mo16": f"{order[:2]}16"} for order in ("grbg", "bggr", "gbrg", "rggb")
+}
+"""The codes of a Bayer pattern, by its order and by the code of its samples without colour."""
+_CODE_AT: Final = struct.calcsize("<5i")
 
 
 @dataclass(frozen=True)
@@ -168,6 +175,23 @@ def decode(payload: Buffer) -> tuple[ImageHeader, NDArray[Any]]:
     strides = (header.row_bytes, header.depth, component)
     dimensions = 3 if pixel.channels > 1 else 2
     return header, np.ndarray(shape3[:dimensions], pixel.dtype, rows, 0, strides[:dimensions])
+
+
+def as_bayer(message: memoryview, order: str) -> memoryview:
+    """Make a [mono] or [mo16] image a Bayer pattern of this `order`; any other message stays as it is.
+
+    Its memory is changed where that may be written, or else copied.
+    """
+    try:
+        code = BAYER[order].get(ImageHeader.decode(message).code)
+    except RemoteProtocolError:
+        return message
+    if code is None:
+        return message
+    if message.readonly:
+        message = memoryview(bytearray(message))
+    struct.pack_into("<i", message, _CODE_AT, Vocab(code))
+    return message
 
 
 def to_bottle(header: bytes, pixels: Buffer) -> Bottle:

@@ -7,7 +7,9 @@ endian. `connection` defines which event may follow which.
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
+from ipaddress import IPv4Address
 from typing import Final
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
@@ -37,7 +39,10 @@ REQUEST_LINES: Final = 100
 REQUEST_LINE_LIMIT: Final = 8192
 """Largest request of a browser: its lines, and the bytes of each."""
 _UNIX: Final = b"UNIX_STR"
-_FOREIGN: Final = {1: "mcast", 14: "shmem"}
+_FOREIGN: Final = {14: "shmem"}
+_GROUP: Final = struct.Struct(">4sH")
+"""A multicast group's address and port, both big-endian, behind the header of mcast."""
+GROUP_BYTES: Final = _GROUP.size
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,13 @@ class Carrier:
     "The reader connects to the source."
     local: bool = False
     "A socket of this computer takes the place of the connection, after a header without a reply."
+    multicast: bool = False
+    "A group, which the header names, takes the place of the connection; the header has no reply."
+
+    @property
+    def replies(self) -> bool:
+        """Whether the receiver replies to the header."""
+        return not (self.local or self.multicast)
 
     @property
     def switches(self) -> bool:
@@ -64,13 +76,14 @@ class Carrier:
 TCP = Carrier("tcp", 3 + 128, acknowledged=True)
 FAST_TCP = Carrier("fast_tcp", 3)
 UDP = Carrier("udp", 0, datagrams=True)
+MCAST = Carrier("mcast", 1, datagrams=True, multicast=True)
 TEXT = Carrier("text", text=True)
 TEXT_ACK = Carrier("text_ack", text=True, acknowledged=True)
 MJPEG = Carrier("mjpeg", pull=True)
 UNIX_STREAM = Carrier("unix_stream", local=True)
 
 CARRIERS: Final = {
-    carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, TEXT, TEXT_ACK, MJPEG, UNIX_STREAM)
+    carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, MCAST, TEXT, TEXT_ACK, MJPEG, UNIX_STREAM)
 }
 """Those that we offer, by name."""
 
@@ -118,8 +131,11 @@ def modifiers_of(carrier: str) -> dict[str, str]:
     return {key: value for key, _, value in (part.partition(".") for part in carrier.split("+")[1:])}
 
 
-def encode_header(carrier: Carrier, sender: str) -> bytes:
-    """Return the first bytes from the side that opens a connection. Raises LocalProtocolError."""
+def encode_header(carrier: Carrier, sender: str, group: tuple[str, int] | None = None) -> bytes:
+    """Return the first bytes from the side that opens a connection; mcast names its `group`.
+
+    Raises LocalProtocolError.
+    """
     if carrier.code is None and not carrier.local:
         word = "CONNACK" if carrier.acknowledged else "CONNECT"
         return f"{word} {sender}\r\n".encode("utf-8", "surrogateescape")
@@ -127,4 +143,25 @@ def encode_header(carrier: Carrier, sender: str) -> bytes:
     if len(name) > NAME_LIMIT:
         raise LocalProtocolError(f"port name of {len(name)} bytes, at most {NAME_LIMIT}")
     start = _UNIX if carrier.code is None else encode_number(MAGIC_BASE + carrier.code)
-    return start + _I32.pack(len(name)) + name
+    return start + _I32.pack(len(name)) + name + (encode_group(group) if group else b"")
+
+
+def encode_group(group: tuple[str, int]) -> bytes:
+    """Encode a multicast group's address and port. Raises LocalProtocolError."""
+    host, port = group
+    try:
+        address = IPv4Address(host)
+    except ValueError:
+        address = IPv4Address(0)
+    if not address.is_multicast or not 0 < port < 65536:
+        raise LocalProtocolError(f"{host}:{port} is no multicast group: 224.0.0.0 to 239.255.255.255")
+    return _GROUP.pack(address.packed, port)
+
+
+def decode_group(data: Buffer) -> tuple[str, int]:
+    """Return the address and port of a multicast group. Raises RemoteProtocolError."""
+    packed, port = _GROUP.unpack(data)
+    address = IPv4Address(packed)
+    if not address.is_multicast or not port:
+        raise RemoteProtocolError(f"{address}:{port} is no multicast group: 224.0.0.0 to 239.255.255.255")
+    return str(address), port

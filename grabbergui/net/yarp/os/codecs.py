@@ -129,9 +129,12 @@ class HeaderCodec(Codec):
         if len(data.data) < _MARK + 4:
             return None
         end = _MARK + 4 + decode_name_size(data.data[_MARK : _MARK + 4])
-        if len(data.data) < end:
+        size = end + (wire.GROUP_BYTES if carrier.multicast else 0)
+        if len(data.data) < size:
             return None
-        return Header(carrier, decode_name(data.take(end)[_MARK + 4 :]))
+        taken = data.take(size)
+        group = wire.decode_group(taken[end:]) if carrier.multicast else None
+        return Header(carrier, decode_name(taken[_MARK + 4 : end]), group=group)
 
     def _read_text(self, data: ReceiveBuffer, carrier: Carrier) -> Header | None:
         line = self._lines.take(data.data)
@@ -162,7 +165,7 @@ class HeaderCodec(Codec):
 
 
 class BinaryCodec(Codec):
-    """tcp, fast_tcp, and the header of udp."""
+    """tcp, fast_tcp, and the headers of udp and mcast."""
 
     def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
         super().__init__()
@@ -237,7 +240,7 @@ class BinaryCodec(Codec):
             case Ack():
                 return [ACK]
             case Header():
-                return [encode_header(event.carrier, event.sender)]
+                return [encode_header(event.carrier, event.sender, event.group)]
             case HeaderReply():
                 return [encode_number(event.number)]
         return super().write(event)

@@ -3,7 +3,8 @@
 The peers take turns, so one phase describes both of them. The opener sends a header with its name, the
 acceptor a header reply. Then the sender sends messages; the receiver may reply, and must acknowledge if the
 carrier does. The opener is the sender until a message `r` reverses the connection. Over udp, mjpeg and http
-the header reply is the last event: another protocol follows, and `trailing_data` holds its first bytes.
+the header reply is the last event, over mcast and unix_stream the header: another protocol follows, and
+`trailing_data` holds its first bytes.
 
 Only `TRANSITIONS` defines which event may follow which; `codecs` turns events into bytes.
 """
@@ -256,6 +257,8 @@ class YarpConnection:
             self._codec = codec_for(event.carrier, self._allocate, self._limit)
             if event.carrier is NAME_SER:
                 phase = Phase.READY  # it has no header reply
+            elif not event.carrier.replies:
+                phase = Phase.SWITCHED
         elif kind is HeaderReply and self.carrier and self.carrier.switches:
             phase = Phase.SWITCHED
         if not self._acknowledged and phase in _ANSWERING:

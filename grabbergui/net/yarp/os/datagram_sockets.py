@@ -1,10 +1,13 @@
-"""Sockets of the carrier udp."""
+"""Sockets of the carriers udp and mcast."""
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
+import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 
 from grabbergui.core.errors import TransportError
@@ -61,8 +64,63 @@ def datagram_receiver(sock: socket.socket) -> socket.socket:
     return datagrams
 
 
-def receive_datagrams(sock: socket.socket, sender: str, ended: Callable[[], bool]) -> Iterator[memoryview]:
-    """Yield the datagrams from one address until `ended` is true; each is valid until the next."""
+def multicast_sender(sock: socket.socket, group: tuple[str, int]) -> socket.socket:
+    """Close the TCP connection, and return a UDP socket to a group on its network. Raises TransportError."""
+    local = sock.getsockname()[0]
+    sock.close()
+    datagrams = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        datagrams.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(local))
+        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _BUFFER_BYTES)
+        datagrams.connect(group)
+    except OSError as error:
+        datagrams.close()
+        place = f"{group[0]}:{group[1]} from {local}"
+        raise TransportError(f"no multicast to {place}: {reason(error)}") from error
+    return datagrams
+
+
+def multicast_receiver(sock: socket.socket, group: tuple[str, int]) -> socket.socket:
+    """Close the TCP connection, and return a UDP socket that receives a group. Raises TransportError.
+
+    It listens on the connection's network and on that of the default route: a YARP built without ACE sends
+    there.
+    """
+    local = sock.getsockname()[0]
+    sock.close()
+    host, port = group
+    datagrams = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
+        if sys.platform == "win32":
+            datagrams.bind(("", port))
+        else:
+            datagrams.bind(group)  # other groups at the same port go elsewhere
+        joined = [_join_group(datagrams, host, interface) for interface in (local, "0.0.0.0")]
+        if not any(joined):
+            raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+        set_deadline(datagrams, _POLL_SECONDS)
+    except OSError as error:
+        datagrams.close()
+        raise TransportError(f"cannot listen to group {host}:{port} at {local}: {reason(error)}") from error
+    return datagrams
+
+
+def _join_group(sock: socket.socket, group: str, interface: str) -> bool:
+    """Join a group on the network of one of our addresses; return whether that is possible."""
+    try:
+        membership = socket.inet_aton(group) + socket.inet_aton(interface)
+        sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+    except OSError as error:
+        return error.errno == errno.EADDRINUSE  # both are the same network
+    return True
+
+
+def receive_datagrams(
+    sock: socket.socket, senders: Collection[str], ended: Callable[[], bool]
+) -> Iterator[memoryview]:
+    """Yield the datagrams from some addresses until `ended` is true; each is valid until the next."""
     buffer = memoryview(bytearray(65536))
     while not ended():
         try:
@@ -70,5 +128,5 @@ def receive_datagrams(sock: socket.socket, sender: str, ended: Callable[[], bool
         except (BlockingIOError, ConnectionError):
             continue
         # The port may differ: a YARP built without ACE does not send from that of its TCP connection.
-        if address[0] == sender:
+        if address and address[0] in senders and not ended():  # no address: it was shut down
             yield buffer[:size]

@@ -22,6 +22,8 @@ class Header:
     "A port's name with modifiers, or free text such as `admin`; over mjpeg the host that is asked."
     request: str = ""
     "The request line, over HTTP."
+    group: tuple[str, int] | None = None
+    "Address and port of the multicast group, over mcast."
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,11 @@ from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
 from grabbergui.net.yarp.os.connection import YarpConnection
-from grabbergui.net.yarp.os.datagram_sockets import datagram_receiver, receive_datagrams
+from grabbergui.net.yarp.os.datagram_sockets import (
+    datagram_receiver,
+    multicast_receiver,
+    receive_datagrams,
+)
 from grabbergui.net.yarp.os.datagrams import Reassembler
 from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message
 from grabbergui.net.yarp.os.events import Reply as ReplyEvent
@@ -58,6 +62,7 @@ class ConnectionInfo:
     peer: str
     "The name it gave: a port's, or free text such as `admin` and `anon_rpc`."
     carrier: str
+    "With its modifiers."
     address: tuple[str, int]
 
     @property
@@ -146,6 +151,8 @@ class Owner(Protocol):
     "Size of the longest message accepted, in bytes."
     key: bytes | None
     commands: PortCommands
+    plug_ins: frozenset[str]
+    "Plug-ins whose work it does for senders that ask for it."
 
     @property
     def port_number(self) -> int:
@@ -307,9 +314,12 @@ class Input:
         text = "+".join((header.carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
         peer = name if name.startswith("/") else header.sender
         self.info = replace(self.info, peer=peer, carrier=text)
-        plug_in = options.find("recv")
-        if plug_in:
-            raise RemoteProtocolError(f"plug-in {plug_in!s} is not supported, connect without +recv")
+        plug_in = str(options.find("recv") or "")
+        if plug_in and plug_in not in self._owner.plug_ins:
+            raise RemoteProtocolError(f"plug-in {plug_in} is not supported, connect without +recv.{plug_in}")
+        if header.group:
+            # It listens before it is listed, since the sender does not wait for a reply.
+            self._sock = multicast_receiver(self._sock, header.group)
         self._owner.register(self)
 
     def _reply_to_header(self, header: Header, link: Link) -> bool:
@@ -317,7 +327,7 @@ class Input:
         if header.carrier is wire.NAME_SER:
             return True
         if header.carrier.datagrams:
-            self._serve_datagrams(link)
+            self._serve_datagrams(self._sock if header.group else self._datagram_socket(link))
             return False
         if header.carrier.local:
             self._serve_local()
@@ -386,12 +396,24 @@ class Input:
         self._sock.close()
         self._owner.attach(self.peer, self._carrier, passed_on, replaces=self)
 
-    def _serve_datagrams(self, link: Link) -> None:
-        with datagram_receiver(self._sock) as sock:
+    def _datagram_socket(self, link: Link) -> socket.socket:
+        """Leave the TCP connection for a socket that receives the datagrams. Raises GrabberError."""
+        sock = datagram_receiver(self._sock)
+        try:
             link.send(HeaderReply(sock.getsockname()[1]))
-            self._sock.close()
+        except GrabberError:
+            sock.close()
+            raise
+        self._sock.close()
+        return sock
+
+    def _serve_datagrams(self, sock: socket.socket) -> None:
+        # A port of this machine may send to a group from another of its addresses.
+        own = sockets.local_addresses() if self._carrier.multicast else []
+        senders = own if self.address in own else [self.address]
+        with sock:
             messages = Reassembler(self._owner.allocate, self._owner.limit)
-            for datagram in receive_datagrams(sock, self.address, lambda: self._closed):
+            for datagram in receive_datagrams(sock, senders, lambda: self._closed):
                 message = messages.datagram(datagram)
                 if message is not None:
                     self._answer(message)

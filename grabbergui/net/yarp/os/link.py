@@ -142,7 +142,7 @@ def describes_itself(name: str, address: tuple[str, int], key: bytes | None, tim
 
 
 def report_end(source: str, address: tuple[str, int], key: bytes | None = None) -> None:
-    """Notify a udp reader of the end of `source`, which it cannot notice. Raises GrabberError."""
+    """Notify a reader of udp or mcast of the end of `source`, which it cannot notice. Raises GrabberError."""
     sock = sockets.connect(address, 1.0, key)
     try:
         link, _ = greet(sock, Header(wire.TEXT, "admin"))

@@ -6,6 +6,7 @@ An `Output` has a thread, which sends the newest message. An `RpcClient` works o
 from __future__ import annotations
 
 import logging
+import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -22,11 +23,12 @@ from grabbergui.net.yarp.os.binary import encode_command, encode_message
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, modifiers_of
 from grabbergui.net.yarp.os.connection import YarpConnection
-from grabbergui.net.yarp.os.datagram_sockets import datagram_sender, send_datagrams
+from grabbergui.net.yarp.os.datagram_sockets import datagram_sender, multicast_sender, send_datagrams
 from grabbergui.net.yarp.os.datagrams import split_datagrams
 from grabbergui.net.yarp.os.events import Header, Message
 from grabbergui.net.yarp.os.link import Link, greet
 from grabbergui.net.yarp.os.local_sockets import local_sender
+from grabbergui.net.yarp.os.multicast import Membership
 
 log = logging.getLogger(__name__)
 
@@ -85,9 +87,13 @@ class Output:
         *,
         carrier_text: str = "",
         listens_at: tuple[str, int] | None = None,
+        membership: Membership | None = None,
         on_close: Callable[[Output], None] = lambda output: None,
     ) -> None:
-        """`listens_at` is where the reader accepts connections, if we connected to it."""
+        """`listens_at` is where the reader accepts connections, if we connected to it.
+
+        `membership` is its share in a multicast group, over mcast.
+        """
         self.source = source
         self.reader = reader
         self.carrier = carrier
@@ -105,6 +111,7 @@ class Output:
         self.address = sockets.peer_address(link.sock)
         self.listens_at = listens_at
         self._link = link
+        self._membership = membership
         self._on_close = on_close
         self._changed = threading.Condition()
         self._next: Outgoing | None = None
@@ -137,7 +144,7 @@ class Output:
             self._closed = True
             self._next = None
             self._changed.notify_all()
-        self._link.close()
+        self._release()
 
     def close(self) -> None:
         """Stop sending, shut down and wait for the thread. Any thread; may be called twice."""
@@ -159,8 +166,13 @@ class Output:
         except Exception:
             log.exception("%s: connection to %s failed", self.source, self.reader)
         finally:
-            self._link.close()
+            self._release()
             self._on_close(self)
+
+    def _release(self) -> None:
+        self._link.close()
+        if self._membership is not None:
+            self._membership.leave()
 
     def _take(self) -> Outgoing | None:
         with self._changed:
@@ -183,6 +195,8 @@ class Output:
             jpeg = message.jpeg()
             sockets.send(self._link.sock, jpeg)
             return _size(jpeg)
+        if self._membership is not None and not self._membership.sends:
+            return _size(message.parts)
         if self.carrier.datagrams:
             whole = encode_message(message.command, message.parts)
             send_datagrams(self._link.sock, split_datagrams(whole))
@@ -208,22 +222,34 @@ def connect(
     address: tuple[str, int],
     carrier: Carrier,
     key: bytes | None,
-) -> Link:
-    """Open a connection to a reader, headers included, on which to send. Raises GrabberError."""
+    join: Callable[[str], Membership],
+) -> tuple[Link, Membership | None]:
+    """Open a connection to a reader, headers included, on which to send. Raises GrabberError.
+
+    `join` joins the multicast group for our address on the way to the reader, over mcast.
+    """
     sock = sockets.connect(address, key=key)
+    membership: Membership | None = None
     try:
-        if carrier.local:
+        if not carrier.replies:
+            if carrier.multicast and sock.family != socket.AF_INET:
+                raise TransportError("multicast needs IPv4: choose another carrier")
+            membership = join(sock.getsockname()[0]) if carrier.multicast else None
+            group = membership.address if membership else None
             link = Link(sock, YarpConnection(opener=True))
-            link.send(Header(carrier, sender))
-            return Link(local_sender(sock), link.connection)
+            link.send(Header(carrier, sender, group=group))
+            messages = multicast_sender(sock, group) if group else local_sender(sock)
+            return Link(messages, link.connection), membership
         link, reply = greet(sock, Header(carrier, sender))
         if carrier.datagrams:
-            return Link(datagram_sender(sock, reply.number), link.connection)
+            return Link(datagram_sender(sock, reply.number), link.connection), None
         # A reader may take any time over a message, since it delays no other.
         sockets.set_deadline(sock, None)
-        return link
+        return link, None
     except BaseException as error:
         sock.close()
+        if membership is not None:
+            membership.leave()
         if isinstance(error, TransportError):
             raise TransportError(
                 f"{reader} does not take carrier {carrier.name} from {source}: {error}"

@@ -31,6 +31,7 @@ from grabbergui.net.yarp.os.framing import new_memory
 from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.link import Link, report_end, run_all
 from grabbergui.net.yarp.os.listener import Listener
+from grabbergui.net.yarp.os.multicast import MulticastGroups
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import Output, connect
 from grabbergui.net.yarp.os.port_environment import port_name, port_number, registered_address
@@ -49,7 +50,7 @@ END_SECONDS: Final = 5.0
 """Longest wait for requests in progress when a port closes, all of them together."""
 
 REPORT_SECONDS: Final = 1.0
-"""Longest wait for udp readers when a port closes; one that hangs must not hold up the end of a program."""
+"""Longest wait for readers of udp when a port closes; one that hangs must not hold up a program's end."""
 
 Handler = Callable[[Request], Reply]
 """Answers a request, on the thread of its connection."""
@@ -60,6 +61,8 @@ class Port:
 
     sends = True
     "Whether readers may be connected to it."
+    plug_ins: frozenset[str] = frozenset()
+    "Plug-ins whose work it does for senders that ask for it with `+recv.…`."
     limit = 16 << 20
     "Size of the longest message accepted, in bytes."
     obeys_environment = True
@@ -99,6 +102,7 @@ class Port:
         self._refusals = StrangerLog(self.name, level=logging.INFO)
         self._address = (bind, port)
         self._registry = Registry(self._strangers)
+        self._groups = MulticastGroups(self.name, names)
         self._listener = Listener(self.name, self._welcome, self._registry.free_resources)
         self._registration: Registration | None = None
 
@@ -225,14 +229,15 @@ class Port:
 
         Raises SourceNotFoundError, LocalProtocolError for a carrier or plug-in that we lack, TransportError.
         """
-        pull = wire.by_name(target.carrier).pull
-        plug_in = target.modifiers.get("recv" if pull else "send")
-        if plug_in:
-            raise LocalProtocolError(f"{self.name} runs no plug-ins, {plug_in} must run at the other end")
-        if pull:
+        if wire.by_name(target.carrier).pull:
+            if plug_in := target.modifiers.get("recv"):
+                raise LocalProtocolError(f"{self.name} runs no plug-ins, {plug_in} must run at the other end")
             self._pull(target)
         elif self.sends:
             self._connect(target)
+            if plug_in := target.modifiers.get("send"):
+                # A YARP without the plug-in connects as well, and says so in its log.
+                self._strangers.warn(f"there is no plug-in {plug_in}: {target.name} gets messages unchanged")
         else:
             raise TransportError(NO_OUTPUT)
 
@@ -244,7 +249,9 @@ class Port:
         if not self._allowed.allows(address[0], self.contact.host):
             raise TransportError(f"{address[0]} is not among the allowed addresses ({self._allowed})")
         self.remove_output(target.name)
-        link = connect(self.name, target.sender(self.name), target.name, address, carrier, self.key)
+        join = partial(self._groups.join, carrier=target.carrier)
+        sender = target.sender(self.name)
+        link, membership = connect(self.name, sender, target.name, address, carrier, self.key, join)
         output = Output(
             self.name,
             target.name,
@@ -252,6 +259,7 @@ class Port:
             link,
             carrier_text=target.carrier,
             listens_at=address,
+            membership=membership,
             on_close=self._registry.remove,
         )
         self._registry.add(output)
@@ -286,7 +294,7 @@ class Port:
         return [connection for connection in self._registry.inputs if connection.peer == sender]
 
     def _close_outputs(self) -> None:
-        """Close all at once. Waits for udp readers that hang, REPORT_SECONDS at most."""
+        """Close all at once. Waits for readers of udp that hang, REPORT_SECONDS at most."""
         outputs = self._registry.outputs
         for output in outputs:
             output.abort()
@@ -298,9 +306,10 @@ class Port:
             for output in outputs
         }
         run_all(ends, REPORT_SECONDS)
+        self._groups.close(REPORT_SECONDS)
 
     def _report_end(self, output: Output) -> None:
-        """Notify a udp reader, which cannot notice the end. Never raises."""
+        """Notify a reader of udp or mcast, which cannot notice the end. Never raises."""
         if not output.carrier.datagrams or output.listens_at is None:
             return
         try:

@@ -16,13 +16,14 @@ import numpy as np
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.core.frame import BufferPool
+from grabbergui.net.yarp.image import BAYER, BAYER_ORDER, as_bayer
 from grabbergui.net.yarp.mjpeg import JpegStreamReader, decode_jpeg
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.binary import MESSAGE_LIMIT
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.events import Header
-from grabbergui.net.yarp.os.inputs import Reply, Request
+from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.link import administer, greet, run_all
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.outputs import Outgoing
@@ -104,6 +105,7 @@ class InputPort(Port):
     """Receives a stream; keeps the newest messages, so a slow reader never holds up a source."""
 
     sends = False
+    plug_ins = frozenset({"bayer"})
     limit = MESSAGE_LIMIT
 
     def __init__(
@@ -182,9 +184,19 @@ class InputPort(Port):
         buffer = pool.take()
         return memoryview((np.empty(size, np.uint8) if buffer is None else buffer).data)
 
+    def register(self, connection: Input) -> None:
+        """Accept a connection. Raises RemoteProtocolError if it is of Bayer patterns in an unknown order."""
+        order = _bayer_order(connection.carrier)
+        if order and order not in BAYER:
+            raise RemoteProtocolError(
+                f"{connection.carrier}: there is no order {order}, only {', '.join(BAYER)}"
+            )
+        super().register(connection)
+
     def deliver(self, request: Request) -> Reply:
-        """Keep the message for `read`."""
-        self._put(request.data, request.message.envelope)
+        """Keep the message for `read`; over `+recv.bayer`, its mono image as a Bayer pattern."""
+        data, order = request.data, _bayer_order(request.info.carrier)
+        self._put(as_bayer(data, order) if order else data, request.message.envelope)
         return None
 
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
@@ -299,6 +311,12 @@ class _Puller:
         finally:
             self._link.close()
             self._on_end(self)
+
+
+def _bayer_order(carrier: str) -> str:
+    """Return the order of the Bayer patterns that a carrier announces, in lower case; empty without any."""
+    modifiers = wire.modifiers_of(carrier) if "+recv.bayer" in carrier else {}
+    return modifiers.get("order", BAYER_ORDER).lower() if modifiers.get("recv") == "bayer" else ""
 
 
 def open_all(ports: Iterable[Port]) -> None:

@@ -217,17 +217,19 @@ def test_a_uri_with_an_unknown_port_name_or_option_is_refused() -> None:
             client.create(SourceUri.parse(bad))
 
 
-@pytest.mark.parametrize("carrier", ["pigeon", "mcast", "text", "text_ack", ""])
+@pytest.mark.parametrize("carrier", ["pigeon", "shmem", "text", "text_ack", ""])
 def test_a_carrier_without_images_is_refused_with_those_that_have_them(carrier: str) -> None:
-    wanted = f"images arrive over tcp, fast_tcp, udp, mjpeg, unix_stream, not over '{carrier}'"
+    wanted = f"images arrive over tcp, fast_tcp, udp, mcast, mjpeg, unix_stream, not over '{carrier}'"
     with pytest.raises(UsageError, match=wanted):
         client.create(SourceUri.parse(f"yarp:/g?carrier={carrier}"))
 
 
-def test_plug_ins_run_at_the_other_end_only() -> None:
-    with pytest.raises(UsageError, match=r"runs no plug-ins; choose a carrier without \+recv\.bayer"):
-        client.create(SourceUri.parse("yarp:/g?carrier=tcp+recv.bayer"))
-    client.create(SourceUri.parse("yarp:/g?carrier=tcp+send.portmonitor+type.lua"))
+def test_plug_ins_run_at_the_other_end_except_bayer() -> None:
+    for lacking in ("tcp+recv.portmonitor", "mjpeg+recv.bayer"):
+        with pytest.raises(UsageError, match=r"no such plug-in; choose a carrier without \+recv\."):
+            client.create(SourceUri.parse(f"yarp:/g?carrier={lacking}"))
+    for carrier in ("tcp+send.portmonitor+type.lua", "tcp+recv.bayer+order.bggr"):
+        client.create(SourceUri.parse(f"yarp:/g?carrier={carrier}"))
 
 
 def test_the_name_server_is_no_camera(scene: Stage) -> None:

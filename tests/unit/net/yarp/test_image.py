@@ -50,6 +50,33 @@ def test_the_quantum_word_has_no_high_half():
     assert header[40:44] == bytes((8, 0, 0, 0))
 
 
+@pytest.mark.parametrize(
+    ("code", "order", "expected"),
+    [
+        ("mono", "bggr", "bggr"),
+        ("mono", "grbg", "grbg"),
+        ("mo16", "rggb", "rg16"),
+        ("mo16", "gbrg", "gb16"),
+        ("rgb", "bggr", "rgb"),
+        ("bggr", "rggb", "bggr"),
+    ],
+)
+@pytest.mark.parametrize("kind", [bytes, bytearray], ids=["read-only", "writable"])
+def test_a_mono_image_becomes_a_bayer_pattern_and_no_other(code, order, expected, kind):
+    pixel = image.CODES[code]
+    shape = (4, 6) if pixel.channels == 1 else (4, 6, pixel.channels)
+    pixels = np.arange(np.prod(shape), dtype=pixel.dtype).reshape(shape)
+    header, body = image.encode(pixels, code)
+    found, again = image.decode(image.as_bayer(memoryview(kind(header + bytes(body))), order))
+    assert found.code == expected
+    assert np.array_equal(again, pixels)
+
+
+def test_a_bottle_is_no_bayer_pattern():
+    message = memoryview(Bottle([1, "two"]).encode())
+    assert image.as_bayer(message, "grbg") == message
+
+
 @pytest.mark.parametrize("field", range(8, 15))
 @pytest.mark.parametrize("value", [-1_000_000_000, -1, 2**31 - 1])
 def test_absurd_sizes_are_refused(field, value):

@@ -1,6 +1,7 @@
 """Ports: images, bottles and requests over every carrier; administration; slow, broken and hostile peers."""
 
 import errno
+import re
 import socket
 import threading
 import time
@@ -46,7 +47,7 @@ def echo(request):
 IMAGE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg", "unix_stream"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mcast", "mjpeg", "unix_stream"])
 def test_images_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
@@ -62,7 +63,7 @@ def test_images_over_every_carrier(names, carrier):
         until(lambda: not output.connections, "the end of the connection")
 
 
-@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "unix_stream", "text", "text_ack"])
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mcast", "unix_stream", "text", "text_ack"])
 def test_bottles_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
@@ -72,6 +73,68 @@ def test_bottles_over_every_carrier(names, carrier):
         output.write_bottle(bottle, "3 4.5")
         payload, envelope = reader.read(PATIENCE)
         assert Bottle.decode(payload) == bottle and envelope == "3 4.5"
+
+
+def test_readers_over_mcast_share_one_stream_and_its_group_is_given_up(names):
+    with (
+        OutputPort("/out", names) as output,
+        InputPort("/a", names) as first,
+        InputPort("/b", names) as second,
+    ):
+        for reader in (first, second):
+            reader.connect("/out", "mcast")
+        until(lambda: first.sources and second.sources, "the connections")
+        groups = [contact for contact in names.list("/tmp") if contact.carrier == "mcast"]
+        assert len(groups) == 1 and groups[0].host.startswith("224.")
+        output.write_bottle(Bottle([1]), "1 1.5")
+        assert [reader.read(PATIENCE)[1] for reader in (first, second)] == ["1 1.5"] * 2
+        first.disconnect("/out")
+        until(lambda: output.connections == 1, "the end of one connection")
+        output.write_bottle(Bottle([2]), "2 2.5")
+        assert second.read(PATIENCE)[1] == "2 2.5", "the other output sends now"
+        with pytest.raises(FrameTimeoutError):
+            first.read(0)
+    assert names.list("/tmp") == []
+
+
+@pytest.mark.parametrize("carrier", ["fast_tcp", "udp", "unix_stream"])
+def test_mono_images_with_recv_bayer_arrive_as_a_bayer_pattern(names, carrier):
+    with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
+        reader.connect("/out", f"{carrier}+recv.bayer+order.BGGR")
+        until(lambda: reader.sources, "the connection")
+        assert reader.carriers(outgoing=False) == {"/out": f"{carrier}+recv.bayer+order.BGGR"}
+        pattern = np.arange(96, dtype=np.uint8).reshape(6, 16)
+        output.write(*image.encode(pattern, "mono"))
+        header, pixels = image.decode(reader.read(PATIENCE)[0])
+        assert header.code == "bggr" and np.array_equal(pixels, pattern)
+
+
+@pytest.mark.parametrize(
+    ("modifiers", "reason"),
+    [
+        ("recv.portmonitor+type.dll", r"plug-in portmonitor is not supported, connect without \+recv"),
+        ("recv.bayer+order.rgbg", "there is no order rgbg, only grbg, bggr, gbrg, rggb"),
+    ],
+)
+def test_a_plug_in_that_a_reader_lacks_refuses_the_connection(names, caplog, modifiers, reason):
+    with OutputPort("/out", names) as output, InputPort("/in", names):
+        answer = administer(output.contact.address, Bottle([Vocab("add"), f"tcp+{modifiers}://in"]))
+        assert answer[0] == -1 and f"Cannot connect to tcp+{modifiers}://in" in answer[1]
+        assert not output.connections
+        until(lambda: re.search(reason, caplog.text), "the reason in the reader's log")
+
+
+def test_a_plug_in_that_the_sender_lacks_changes_nothing_as_in_yarp(names, caplog):
+    carrier = "tcp+send.portmonitor+type.dll+file.depthimage_to_mono"
+    with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
+        added = administer(output.contact.address, Bottle([Vocab("add"), f"{carrier}://in"]))
+        assert added == [0, f"Added connection from /out to {carrier}://in\r\n"]
+        until(lambda: reader.sources, "the connection")
+        listed = administer(output.contact.address, Bottle([Vocab("list"), Vocab("out"), "/in"]))
+        assert listed.find("carrier") == carrier
+        output.write_bottle(Bottle([1]))
+        assert Bottle.decode(reader.read(PATIENCE)[0]) == [1]
+    assert "/out: there is no plug-in portmonitor: /in gets messages unchanged" in caplog.text
 
 
 def test_a_request_of_any_size_gets_its_reply(names):
@@ -207,7 +270,7 @@ def test_a_broken_request_hurts_its_own_connection_only():
 
 def test_a_carrier_or_plug_in_that_is_refused_is_named_in_the_log_once(names, caplog):
     with OutputPort("/out", names) as output, InputPort("/in", names):
-        for target in ("shmem://in", "tcp+send.portmonitor+type.lua://in", "shmem://in", "/nosuch"):
+        for target in ("shmem://in", "mjpeg+recv.portmonitor://in", "shmem://in", "/nosuch"):
             administer(output.contact.address, Bottle([Vocab("add"), target]))
 
     warned = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
@@ -229,7 +292,6 @@ def test_administrative_commands_are_answered_as_yarp_does(names):
         assert ask(Vocab("del"), "/in")[0] == -1
         assert ask(Vocab("add"), "/nosuch") == [-1, "Do not know how to connect to /nosuch\r\n"]
         assert "shmem is not supported" in ask(Vocab("add"), "shmem://in")[1]
-        assert "runs no plug-ins" in ask(Vocab("add"), "tcp+send.portmonitor+type.lua://in")[1]
         assert ask("prop", "set", "a", 5) == [Vocab("ok")] and ask("prop", "get", "a") == [5]
         assert ask("prop", "set", "b", "x" * 5000)[0] == Vocab("fail")
         assert ask("nonsense")[0] == Vocab("fail")

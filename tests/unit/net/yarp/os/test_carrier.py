@@ -18,7 +18,9 @@ from grabbergui.net.yarp.os.binary import (
     encode_number,
 )
 from grabbergui.net.yarp.os.carrier import encode_header, modifiers_of
+from grabbergui.net.yarp.os.connection import YarpConnection
 from grabbergui.net.yarp.os.datagrams import Reassembler, split_datagrams
+from grabbergui.net.yarp.os.events import Header
 from grabbergui.net.yarp.os.framing import Receiver
 from grabbergui.net.yarp.os.stamp import Stamp
 from yarp_transcripts import read, streams
@@ -82,7 +84,7 @@ def test_our_message_is_byte_for_byte_that_of_yarp():
 
 
 def test_real_datagrams_are_joined_and_ours_are_cut_alike():
-    for name in ("stream_udp_312", "stream_udp_multidatagram_312"):
+    for name in ("stream_udp_312", "stream_udp_multidatagram_312", "stream_mcast_312"):
         count = 0
         for conversation in read(name):
             joiner = Reassembler(fresh, 1 << 24)
@@ -236,7 +238,6 @@ def test_an_envelope_that_is_no_stamp_is_none(envelope, stamp):
 @pytest.mark.parametrize(
     ("header", "name"),
     [
-        (encode_number(MAGIC_BASE + 1), "mcast"),
         (encode_number(MAGIC_BASE + 14), "shmem"),
         (encode_number(MAGIC_BASE + 77), "with code 77"),
     ],
@@ -249,6 +250,31 @@ def test_unknown_carriers_are_named(header, name):
 def test_unknown_carriers_are_named_to_who_wants_them():
     with pytest.raises(LocalProtocolError, match="carrier bluetooth is not supported, use one of tcp"):
         wire.by_name("bluetooth+recv.x")
+
+
+def test_a_real_multicast_header_names_the_group():
+    """And ours is the same byte for byte."""
+    (conversation,) = streams("stream_mcast_312", encode_number(MAGIC_BASE + wire.MCAST.code))
+    receiver = YarpConnection(opener=False)
+    receiver.receive_data(conversation.client)
+    header = receiver.next_event()
+    assert header == Header(wire.MCAST, "/grabber", group=("224.1.1.3", 10007))
+    assert b"".join(YarpConnection(opener=True).send(header)) == conversation.client
+    assert not conversation.server, "the reader does not reply"
+
+
+@pytest.mark.parametrize("group", [("10.0.0.1", 5000), ("224.1.1.1", 0), ("ff02::1", 5000), ("", 5000)])
+def test_what_is_no_multicast_group_is_refused(group):
+    with pytest.raises(LocalProtocolError, match="no multicast group"):
+        encode_header(wire.MCAST, "/a", group)
+
+
+@pytest.mark.parametrize("group", [b"\x0a\0\0\1\x13\x88", b"\xe0\1\1\1\0\0"])
+def test_a_header_with_an_address_of_one_machine_is_refused(group):
+    receiver = YarpConnection(opener=False)
+    receiver.receive_data(encode_header(wire.MCAST, "/a") + group)
+    with pytest.raises(RemoteProtocolError, match="no multicast group"):
+        receiver.next_event()
 
 
 def test_authentication_succeeds_only_with_the_same_key():
