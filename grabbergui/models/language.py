@@ -150,6 +150,24 @@ SENTENCES = (
         "Drivers", "actions that did not reach the camera: {0} of {1}; they were lost on the network"
     ),
     QT_TRANSLATE_NOOP("Drivers", "the camera ignores the actions: {0}"),
+    # A camera of a rig whose clock is not as wanted
+    QT_TRANSLATE_NOOP("Drivers", "it has no PTP"),
+    QT_TRANSLATE_NOOP("Drivers", "PTP is off"),
+    QT_TRANSLATE_NOOP("Drivers", "not locked to a master (PtpStatus {0})"),
+    QT_TRANSLATE_NOOP("Drivers", "it follows another PTP master {0} than {1}"),
+    QT_TRANSLATE_NOOP("Drivers", "it follows another PTP master than {0}"),
+    # Cameras that need more than their link carries
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "the cameras need {0} MB/s, but {1} of the link are {2} MB/s: lower every frame rate to {3} of it,"
+        " reduce the images, or use a packed pixel format",
+    ),
+    QT_TRANSLATE_NOOP("Drivers", "{0} needs {1} MB/s, more than its own cable carries ({2} MB/s)"),
+    QT_TRANSLATE_NOOP(
+        "Drivers",
+        "{0} cannot be paced: {1} kB of a frame would wait in the switch, whose buffer is {2} kB; trigger"
+        " them one after the other",
+    ),
     # A remote camera that sends no images
     QT_TRANSLATE_NOOP("Drivers", "{0} is not connected to this program at the moment"),
     QT_TRANSLATE_NOOP("Drivers", "{0} sends messages that are no images ({1})"),

@@ -10,6 +10,7 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.settings import SettingKey
 from grabbergui.rig import rig_file
 from grabbergui.rig.budget_settings import WRITTEN, budgets_of, with_budget, without_budget
+from grabbergui.rig.camera_clock import ClockState
 from grabbergui.rig.camera_features import prefixed
 from grabbergui.rig.grabber import RigGrabber
 from grabbergui.rig.set_statistics import SetCounts
@@ -26,7 +27,7 @@ class CameraLine:
     frames: int
     missing: int
     "Sets without its frame."
-    clock: str
+    clock: ClockState
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def overview(rig: RigGrabber) -> RigOverview:
     """Return how a rig is doing. Reads the clocks if the stream is off; raises GrabberError."""
     counts, clocks = rig.counts(), rig.clock_states()
     cameras = tuple(
-        CameraLine(name, camera.statistics().frames, counts.missing.get(name, 0), str(clocks[name]))
+        CameraLine(name, camera.statistics().frames, counts.missing.get(name, 0), clocks[name])
         for name, camera in rig.cameras.items()
     )
     skews = tuple(skew / 1000 for skew in rig.recent_skews_ns()[-SKEWS:])

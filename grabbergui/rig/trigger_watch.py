@@ -140,6 +140,10 @@ class TriggerWatch:
             elif self._source.startswith("Line"):
                 sent = None
             accepted = (self._frames.count + self._lost_since()) // self._burst_frames
+            if sent is not None:
+                # A frame may be here before its trigger is acknowledged or reported, and the first may be of
+                # a trigger from before the watch.
+                accepted = min(accepted, sent)
             missed: int | None = None
             if MISSED in self._on:
                 missed = self._events[MISSED].count

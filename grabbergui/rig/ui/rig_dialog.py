@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QWidget
 
 from grabbergui.models.language import driver_text, localized
 from grabbergui.rig.overview import BudgetOverview, RigOverview
+from grabbergui.rig.ui.clock_text import clock_text
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
@@ -63,7 +64,9 @@ class RigDialog(QDialog):
         self.skewLabel.setText(localized(text.format(*(skew / 1000 for skew in skews))))
         values = np.array(seen.skews_us)
         self.skewPlace.plot.setChannels(np.arange(1 - len(values), 1), {"skew": values})
-        rows = [(each.name, str(each.frames), str(each.missing), each.clock) for each in seen.cameras]
+        rows = [
+            (each.name, str(each.frames), str(each.missing), clock_text(each.clock)) for each in seen.cameras
+        ]
         _fill_and_size(self.cameraTable, rows)
 
     def setBudget(self, planned: BudgetOverview) -> None:

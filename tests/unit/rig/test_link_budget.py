@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from grabbergui.models.language import driver_text, set_translator
 from grabbergui.rig.link_budget import ETHERNET, CameraLoad, Pacing, SharedLink, plan
 
 GIGABIT = SharedLink()
@@ -127,6 +128,16 @@ def test_cameras_without_means_are_named_if_the_buffer_is_too_small():
     assert "camera0, camera1" in problem and "128 kB" in problem
     assert plan(loads, SharedLink(buffer=100e6)).fits
     assert send(plan(loads, GIGABIT), 1, planned=True).dropped > 0
+
+
+def test_the_window_says_what_does_not_fit_in_the_users_language():
+    slow = plan([CameraLoad("slow", 10**6, 20, link=12.5e6)], GIGABIT)
+    problems = [each for budget in (plan(six(1.2), GIGABIT), slow) for each in budget.problems]
+    problems += plan(six(0.5, means=()), GIGABIT).problems
+    set_translator(lambda context, text: f"[{text}]")
+    shown = [driver_text(each) for each in problems]
+    set_translator(None)
+    assert len(problems) == 3 and shown == [f"[{each}]" for each in problems]
 
 
 def test_the_table_explains_every_camera():
