@@ -18,8 +18,6 @@ _BINNING = (("BinningHorizontal", "DecimationHorizontal"), ("BinningVertical", "
 _REVERSE = ("ReverseX", "ReverseY")
 _READ = frozenset({*_WHOLE, *_SENSOR, *_BINNING[0], *_BINNING[1], *_REVERSE})
 """Features that are read again when they change."""
-GEOMETRY_FEATURES = _READ | {*_OFFSET}
-"""Features on which the geometry of frames depends."""
 
 
 class GeometryReader:

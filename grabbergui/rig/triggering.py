@@ -49,7 +49,6 @@ class RigTrigger:
         self.sent = 0
         self.missed = 0
         "Triggers that a camera did not acknowledge or refused."
-        self.last_problem = ""
         self._grabbers = dict(grabbers)
         self._clocks = dict(clocks)
         self._expected = expected
@@ -111,9 +110,8 @@ class RigTrigger:
             self.sent += 1
             try:
                 self._send_action() if self.entry.by == "action" else self._send_software()
-            except GrabberError as error:
+            except GrabberError:
                 self.missed += 1
-                self.last_problem = str(error)
                 raise
 
     def _send_action(self) -> None:

@@ -75,10 +75,6 @@ class RegisterAccess:
             for start in range(0, len(data), step):
                 self._write_piece(address + start, data[start : start + step])
 
-    def read_u32(self, address: int) -> int:
-        """Return a little-endian register of four bytes."""
-        return int.from_bytes(self.read(address, 4), "little")
-
     def read_u64(self, address: int) -> int:
         """Return a little-endian register of eight bytes."""
         return int.from_bytes(self.read(address, 8), "little")

@@ -62,9 +62,6 @@ OWN_WORDS = {
 """Commands that print nothing of a stranger."""
 
 
-TYPED = "get DeviceUserID\nlist\nset PixelFormat \x9b\u202e\nset ExposureTime 0\nwatch DeviceUserID 0.1\n"
-
-
 class Terminal(io.TextIOWrapper):
     """A stream whose bytes can be looked at."""
 

@@ -57,9 +57,9 @@ def registers() -> RegisterAccess:
 def test_the_recorded_device_is_understood(registers: RegisterAccess) -> None:
     assert text_field(registers.read(Abrm.MANUFACTURER_NAME, 64)) == "Simu"
     sbrm = registers.read_u64(Abrm.SBRM_ADDRESS)
-    assert registers.read_u32(sbrm + Sbrm.MAXIMUM_ACKNOWLEDGE_TRANSFER) == 1024
+    assert registers.read(sbrm + Sbrm.MAXIMUM_ACKNOWLEDGE_TRANSFER, 4) == (1024).to_bytes(4, "little")
     with pytest.raises(DeviceStatusError, match="invalid address"):
-        registers.read_u32(0xDEAD_0000)
+        registers.read(0xDEAD_0000, 4)
 
 
 @pytest.mark.parametrize("longest", [128, 1024])
