@@ -124,10 +124,7 @@ class ImageView(QWidget):
 
     def setImage(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
-        first = self.canvas.empty
-        self.canvas.setImage(image, width, height)
-        if first:
-            self.paneArea.restorePart()
+        self.paneArea.setImage(image, width, height)
 
     def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
         """Offer these components of the frame in tabs, or none, and mark the one that is shown."""

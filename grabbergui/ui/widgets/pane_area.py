@@ -8,6 +8,7 @@ from PyQt5.QtCore import QEvent, QObject, QPointF, QRect, QRectF, pyqtSignal
 from PyQt5.QtGui import QPainter, QPaintEvent, QPen, QResizeEvent
 from PyQt5.QtWidgets import QGridLayout, QWidget
 
+from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.ui.widgets.component_pane import WHOLE, ComponentPane, PaneCaption, columns_for
 from grabbergui.ui.widgets.image_canvas import ImageCanvas
@@ -101,16 +102,29 @@ class PaneArea(QWidget):
             return
         self._parts |= {name: pane.seen for name, pane in self._panes.items()}
         if before != self._chosen:
-            self.restorePart()
+            self._restore(self._part_of_chosen())
 
     def forgetParts(self) -> None:
         """Forget what was seen of each component."""
         self._parts.clear()
 
-    def restorePart(self) -> None:
-        """Show the part of the chosen component that was last seen, if each has a zoom of its own."""
+    def setImage(self, image: DisplayImage, width: int, height: int) -> None:
+        """Show an image of the chosen component in the canvas; the first one at the zoom that it last had."""
+        if self._canvas is None:
+            return
+        # Read before: an empty canvas still has the zoom of another component, and will announce it.
+        part = self._part_of_chosen() if self._canvas.empty else None
+        self._canvas.setImage(image, width, height)
+        if part is not None:
+            self._restore(part)
+
+    def _part_of_chosen(self) -> QRectF:
+        """Return the part of the chosen component that was last seen."""
+        return self._parts.get(self._chosen, WHOLE)
+
+    def _restore(self, part: QRectF) -> None:
+        """Show this part in the canvas, if each component has a zoom of its own."""
         if self._separate and self._canvas is not None:
-            part = self._parts.get(self._chosen, WHOLE)
             if part.width() < 1 or part.height() < 1:
                 self._canvas.setSeen(part)
             else:
@@ -215,9 +229,12 @@ class PaneArea(QWidget):
 
     def _follow_canvas(self, *_: object) -> None:
         canvas = self._canvas
-        if self._separate and canvas is not None and not canvas.empty:
-            self._parts[self._chosen] = canvas.seen
-        elif self._panes and canvas is not None:
+        if canvas is None:
+            return
+        if self._separate:
+            if not canvas.empty:  # an empty one announces the zoom of what it showed before
+                self._parts[self._chosen] = canvas.seen
+        elif self._panes:
             seen: QRectF = canvas.seen
             for pane in self._panes.values():
                 pane.setSeen(seen)
