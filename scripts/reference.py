@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui import __version__
-from grabbergui.cli import EXIT_CODES, ON_FAILURE, command_parsers, sentence, shared_options
+from grabbergui.cli import EXIT_CODES, ON_FAILURE, arguments_of, command_parsers, sentence, shared_options
 from grabbergui.cli.json_output import JSON_OUTPUT
 from grabbergui.core.json_text import to_json
 from grabbergui.core.pfnc import FORMATS, Family, PixelFormat, SampleLayout
@@ -289,7 +289,7 @@ def _completed(action: argparse.Action) -> dict[str, Any]:
 
 def _explained(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
     """Yield the arguments of a parser that have help; those that every command has are left out."""
-    for action in parser._actions:
+    for action in arguments_of(parser):
         if action.dest != "help" and action.help != argparse.SUPPRESS:
             yield action
 

@@ -142,7 +142,7 @@ def _run(arguments: list[str]) -> int:
             arguments.insert(place, "gui")
         with dies_of_signals():
             parser = command_line(*_wanted(arguments[place]))
-        command = _parser_of(arguments[place], parser)
+        command = parsers_of(parser).get(arguments[place])
         if command is not None and (unknown := _unknown_option(arguments[place + 1 :], command)):
             raise _unknown([unknown], arguments[place], command)
         options, further = parser.parse_known_args(arguments)
@@ -163,15 +163,9 @@ def _is_command(word: str) -> bool:
     return not (not word or word.startswith("-") or ":" in word) and word in guest_commands()
 
 
-def _parser_of(command: str, parser: argparse.ArgumentParser) -> argparse.ArgumentParser | None:
-    (commands,) = (each for each in parser._actions if isinstance(each, argparse._SubParsersAction))
-    found: argparse.ArgumentParser | None = commands.choices.get(command)
-    return found
-
-
 def _unknown_option(words: list[str], parser: argparse.ArgumentParser) -> str:
     """Return the first long option that the parser does not have; argparse may complain of others first."""
-    known = {name: action for action in parser._actions for name in action.option_strings}
+    known = {name: action for action in arguments_of(parser) for name in action.option_strings}
     for word in words:
         name = word.partition("=")[0]
         action = known.get(name)
@@ -189,7 +183,7 @@ def _unknown(words: list[str], command: str, parser: argparse.ArgumentParser) ->
     if option is None:
         return UsageError(f"{command} takes no further argument, such as '{words[0]}'")
     name = option.partition("=")[0]
-    names = [each for action in parser._actions for each in action.option_strings]
+    names = [each for action in arguments_of(parser) for each in action.option_strings]
     near = [each for each in names if each.startswith(name)] or _similar(name, names)
     hint = f"; did you mean {' or '.join(near)}?" if near else f"; `grabbergui {command} --help` lists them"
     return UsageError(f"{command} has no option {name}{hint}")
@@ -237,7 +231,18 @@ def shared_options() -> list[argparse.Action]:
     """Return the options that every command has, as `grabbergui --help` explains them."""
     parser = argparse.ArgumentParser(prog="grabbergui", add_help=False)
     _add_shared_options(parser)
+    return arguments_of(parser)
+
+
+def arguments_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """Return the options and positional arguments of a parser, of which argparse has no public list."""
     return parser._actions
+
+
+def parsers_of(parser: argparse.ArgumentParser) -> dict[str, CommandParser]:
+    """Return the parsers of a parser's commands by name."""
+    (commands,) = (each for each in arguments_of(parser) if isinstance(each, argparse._SubParsersAction))
+    return dict(commands.choices)
 
 
 def command_parsers() -> dict[str, tuple[str, CommandParser]]:

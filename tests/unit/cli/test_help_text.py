@@ -7,7 +7,16 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
-from grabbergui.cli import FAMILIES, command_line, command_parsers, guests, main, shared_options
+from grabbergui.cli import (
+    FAMILIES,
+    arguments_of,
+    command_line,
+    command_parsers,
+    guests,
+    main,
+    parsers_of,
+    shared_options,
+)
 from grabbergui.cli.guests import GROUP, add_guest_commands, guest_commands
 
 COMMANDS = command_parsers()
@@ -23,7 +32,7 @@ def test_the_example_is_a_command_line_that_is_accepted(name):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_argument_has_a_meaning(name):
-    actions = [each for each in COMMANDS[name][1]._actions if each.help != argparse.SUPPRESS]
+    actions = [each for each in arguments_of(COMMANDS[name][1]) if each.help != argparse.SUPPRESS]
     assert not [each.dest for each in actions if len(each.help or "") < 8]
 
 
@@ -57,18 +66,20 @@ def test_logging_may_follow_the_command():
 
 def test_every_family_adds_the_commands_that_are_said_to_be_its():
     for family, commands in FAMILIES.items():
-        choices = command_line([family], [])._subparsers._group_actions[0].choices
-        assert tuple(choices) == commands
+        assert tuple(parsers_of(command_line([family], []))) == commands
     own = tuple(command for commands in FAMILIES.values() for command in commands)
     assert tuple(COMMANDS) == (*own, *guest_commands())
     for command in guest_commands():
-        assert command in command_line([], [command])._subparsers._group_actions[0].choices
+        assert command in parsers_of(command_line([], [command]))
 
 
 def test_no_command_redefines_a_shared_option():
     shared = {name for action in shared_options() for name in action.option_strings}
     own = {
-        name for _, parser in COMMANDS.values() for each in parser._actions for name in each.option_strings
+        name
+        for _, parser in COMMANDS.values()
+        for each in arguments_of(parser)
+        for name in each.option_strings
     }
     assert not shared & own
 
