@@ -35,6 +35,8 @@ from grabbergui.driver.gige.stream.resend import NEVER, Resender, ResendPolicy
 
 UNAVAILABLE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)
 "The device cannot send the packet again."
+FEW = 3
+"Packets that are taken one by one: for more, arrays cost less."
 _LATER = (Status.PACKET_NOT_YET_AVAILABLE, Status.PACKET_TEMPORARILY_UNAVAILABLE)
 "It was asked too early: the packet comes, or is asked for again."
 
@@ -130,8 +132,9 @@ class BlockAssembler:
         `at` holds the indices of the rows to take in the order of arrival; None means all.
         """
         if at is None:
-            if len(rows) == 1:
-                self.receive(rows[0].data, now)
+            if len(rows) <= FEW:
+                for row in rows:
+                    self.receive(row.data, now)
                 return
             if self._receive_in_order(rows, now):
                 return
