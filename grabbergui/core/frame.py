@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ctypes
 import threading
 import time
-from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
+from sys import getrefcount
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from typing_extensions import override
 from grabbergui.core import pixels
 from grabbergui.core.component import Component, ComponentKind, Conversions, PayloadType, own_component
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.leases import Leases
 from grabbergui.core.pfnc import PixelFormat
 
 POOL_MEMORY = 512 << 20
@@ -34,7 +32,13 @@ class BufferPool:
     Buffers are reused, as the page faults of a fresh 8 MB buffer cost more than filling it. Memory is
     bounded: `take` returns None once `limit` buffers are in use. For buffers of 4 MB or more numpy requests
     huge pages, into which the kernel copies faster.
+
+    A buffer is in use as long as any array, memoryview or other object that looks into it refers to it: so
+    Python's own count of references tells, and nothing runs when the last of them is gone.
     """
+
+    _UNUSED = 2
+    "References to a buffer that nobody uses, as `getrefcount` counts: the list's and its own argument."
 
     def __init__(self, size: int, limit: int | None = None) -> None:
         """By default, `limit` is as many buffers as fit into `POOL_MEMORY`."""
@@ -42,33 +46,38 @@ class BufferPool:
         "Bytes of each buffer."
         self.limit = limit or min(max(POOL_MEMORY // max(size, 1), FEWEST_BUFFERS), MOST_BUFFERS)
         "Largest number of buffers in use."
-        self._free: deque[NDArray[np.uint8]] = deque()
-        self._leases: Leases[NDArray[np.uint8]] = Leases()
-        # Reentrant: a garbage collection inside `take` may run another finaliser, which takes a buffer.
+        self._buffers: list[NDArray[np.uint8]] = []
+        "In the order in which they were last taken."
+        # Reentrant: a garbage collection inside `take` may run a finaliser that takes a buffer.
         self._lock = threading.RLock()
 
     @property
     def in_use(self) -> int:
         """Buffers that are still referenced."""
         with self._lock:
-            self._free.extend(self._leases.returned())
-            return len(self._leases)
+            return sum(not self._is_unused(index) for index in range(len(self._buffers)))
 
     def take(self) -> NDArray[np.uint8] | None:
         """Return a writable array of `size` undefined bytes; None if no buffer or no memory is left."""
         with self._lock:
-            self._free.extend(self._leases.returned())
-            if len(self._leases) >= self.limit:
-                return None
-            try:
-                storage = self._free.pop() if self._free else np.empty(self.size, np.uint8)
-            except MemoryError:
-                return None  # costs a frame, but the receiving thread must not end
-            # numpy collapses chains of array bases, but keeps this object, which lives as long as any view.
-            keeper: Any = (ctypes.c_ubyte * self.size).from_buffer(storage.data)
-            self._leases.lend(keeper, storage)
-        array: NDArray[np.uint8] = np.frombuffer(keeper, np.uint8)
-        return array
+            buffers = self._buffers
+            # The one used last first: its memory is still in the processor's cache.
+            for index in range(len(buffers) - 1, -1, -1):
+                if self._is_unused(index):
+                    buffer = buffers.pop(index)
+                    break
+            else:
+                if len(buffers) >= self.limit:
+                    return None
+                try:
+                    buffer = np.empty(self.size, np.uint8)
+                except MemoryError:
+                    return None  # costs a frame, but the receiving thread must not end
+            buffers.append(buffer)
+            return buffer[:]
+
+    def _is_unused(self, index: int) -> bool:
+        return getrefcount(self._buffers[index]) == self._UNUSED
 
 
 def time_of_day(monotonic_ns: int) -> int:
