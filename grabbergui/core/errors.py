@@ -13,6 +13,7 @@ first.
 from __future__ import annotations
 
 import errno
+from pathlib import Path
 
 _EXHAUSTED = {
     errno.EMFILE: "this program has as many files and connections open as it may (`ulimit -n`)",
@@ -36,6 +37,15 @@ class MissingFileError(UsageError, FileNotFoundError):
 
 class ExistingFileError(UsageError, FileExistsError):
     """The named file or folder exists, and is not overwritten."""
+
+
+class LocalFileError(GrabberError, OSError):
+    """A file on this computer could not be read or written."""
+
+    @classmethod
+    def of(cls, path: Path, done: str, error: OSError) -> LocalFileError:
+        """Return the error to raise instead of `error`; `done` is `read` or `written`."""
+        return cls(f"{path} could not be {done}: {error.strerror or error}")
 
 
 class SourceNotFoundError(GrabberError, LookupError):

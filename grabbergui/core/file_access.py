@@ -20,6 +20,8 @@ from grabbergui.core.errors import (
     CameraFileError,
     FeatureError,
     GrabberError,
+    LocalFileError,
+    MissingFileError,
     TransferCancelledError,
     TransportError,
     UsageError,
@@ -136,8 +138,16 @@ def read_file(
 
 
 def content_of(path: Path) -> bytes:
-    """Return the content of a file on this computer, to be written. Raises UsageError, OSError."""
-    return read_bounded(path, MAX_CONTENT_BYTES, "file for a camera")
+    """Return the content of a file on this computer, to be written.
+
+    Raises MissingFileError, LocalFileError, UsageError if it is no regular file or too large.
+    """
+    try:
+        return read_bounded(path, MAX_CONTENT_BYTES, "file for a camera")
+    except FileNotFoundError as error:
+        raise MissingFileError(f"there is no file {path}") from error
+    except OSError as error:
+        raise LocalFileError.of(path, "read", error) from error
 
 
 def write_file(

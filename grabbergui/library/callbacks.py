@@ -39,6 +39,8 @@ class Callbacks:
         """
         if occasion not in get_args(Occasion):
             raise UsageError(f"on({occasion!r}): there are {', '.join(get_args(Occasion))}")
+        if not callable(callback):
+            raise UsageError(f"on({occasion!r}, {callback!r}): the second argument is a function to call")
         if self._closed:
             raise ClosedError(f"on({occasion!r}): {self._grabber.info.title} is closed")
         if self._thread is None:

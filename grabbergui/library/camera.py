@@ -22,6 +22,8 @@ from grabbergui.core.errors import (
     DeviceLostError,
     FrameTimeoutError,
     GrabberError,
+    LocalFileError,
+    MissingFileError,
     PixelFormatError,
     UsageError,
 )
@@ -35,6 +37,7 @@ from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.point_cloud import PointCloud, required_range_image
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.settings import SettingKey
+from grabbergui.library.arguments import checked_timeout
 from grabbergui.library.callbacks import Callback, Callbacks, Occasion
 from grabbergui.library.collected import await_ends
 from grabbergui.library.effect import LATENCY, ChunkData, SettingEffect, restored
@@ -198,6 +201,7 @@ class Camera(FeatureAccess):
         `timeout` is in seconds, by default 5 and the periods of the frames waited for. Raises
         FrameTimeoutError, what `write` raises, and DeviceLostError.
         """
+        timeout = checked_timeout("grab", timeout)
         wanted = {self._existing_key_of(name): value for name, value in settings.items()}
         frames = self._grabber.open_queue(depth=4)
         with contextlib.closing(frames), self._stream.grab():
@@ -244,6 +248,7 @@ class Camera(FeatureAccess):
 
         Up to `depth` frames wait for a slow loop; what it was too slow for is counted by `dropped`.
         """
+        timeout = checked_timeout("frames", timeout)
         return Frames(
             self._grabber,
             self._use_stream,
@@ -260,6 +265,7 @@ class Camera(FeatureAccess):
         that come while it is busy with the frame before: the call waits for that, and fires again if no
         frame comes. Raises FrameTimeoutError.
         """
+        timeout = checked_timeout("trigger", timeout)
         self._set_software_trigger()
         frames = self._grabber.open_queue(depth=4)
         with contextlib.closing(frames), self._stream.grab():
@@ -415,9 +421,15 @@ class Camera(FeatureAccess):
     def save_points(self, frame: Frame, path: str | Path) -> None:
         """Write the points of a frame's range image to a PLY file, binary and little-endian, in millimetres.
 
-        Raises as `points` does, and OSError if the file cannot be written.
+        Raises as `points` does, and LocalFileError or MissingFileError if the file cannot be written.
         """
-        write_whole(expanded(path), self.points(frame).ply())
+        file, content = expanded(path), self.points(frame).ply()
+        try:
+            write_whole(file, content)
+        except FileNotFoundError as error:
+            raise MissingFileError(f"there is no folder {file.absolute().parent} for {file.name}") from error
+        except OSError as error:
+            raise LocalFileError.of(file, "written", error) from error
 
     def distances(self, image: Frame | Component) -> NDArray[np.float32]:
         """Return a range image, or that of a frame, in millimetres: (height, width) float32.

@@ -216,8 +216,8 @@ class CameraFiles:
 
     Names are those of FileSelector. Any thread may call; a transfer does not block other calls. Raises
     UsageError for a name that the camera does not list and for a camera without files, `CameraFileError` for
-    what the camera refuses, and TransportError. Remote sources list files, and raise FeatureAccessError for
-    all else.
+    what the camera refuses, `LocalFileError` for a file on this computer, and TransportError. Remote sources
+    list files, and raise FeatureAccessError for all else.
     """
 
     def __init__(self, camera: FeatureAccess) -> None:
@@ -238,6 +238,8 @@ class CameraFiles:
         `replace_firmware`: a wrong file, or a power cut meanwhile, may leave the camera useless.
         """
         data = file_access.content_of(content) if isinstance(content, Path) else content
+        if not isinstance(data, bytes | bytearray | memoryview):
+            raise UsageError(f"files.write({name!r}, …): the content is bytes, or a pathlib.Path to a file")
         return file_access.write_file(self._camera.grabber, name, data, replace_firmware=replace_firmware)
 
     def delete(self, name: str) -> None:

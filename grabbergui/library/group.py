@@ -9,11 +9,12 @@ from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
 from typing import Any, TypeVar, overload
 
-from grabbergui.core.errors import FeatureError, GrabberError, UsageError
+from grabbergui.core.errors import FeatureError, GrabberError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import frame_wait
 from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.library.arguments import checked_count, checked_depth, checked_timeout
 from grabbergui.library.camera import Camera
 from grabbergui.library.features import SettingValue
 from grabbergui.library.sets import next_set
@@ -57,6 +58,12 @@ class CameraGroup(Sequence[Camera]):
 
     def __setitem__(self, name: str, value: SettingValue) -> None:
         self.write(name, value)
+
+    def __contains__(self, item: object) -> bool:
+        """Whether a camera is of the group; for a name, whether all cameras have this feature."""
+        if isinstance(item, str):
+            return all(item in camera for camera in self)
+        return item in self._cameras
 
     def __getattr__(self, attribute: str) -> list[Any]:
         if attribute.startswith("_"):
@@ -202,12 +209,10 @@ class GroupFrames:
     """The frames of a group of cameras, as an iterable of tuples: see `CameraGroup.frames`."""
 
     def __init__(self, cameras: CameraGroup, count: int | None, timeout: float | None, depth: int) -> None:
-        if count is not None and count < 0:
-            raise UsageError(f"frames({count}): the number of frames is 0 or more, or None for no end")
         self._cameras = cameras
-        self._count = count
-        self._timeout = timeout
-        self._depth = depth
+        self._count = checked_count("frames", count)
+        self._timeout = checked_timeout("frames", timeout)
+        self._depth = checked_depth("frames", depth)
         self._queue: FrameQueue | None = None
         self._dropped = 0
 

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Any, NoReturn
 
 from grabbergui.core.environment import expanded
-from grabbergui.core.errors import ClosedError, GrabberError, UsageError
+from grabbergui.core.errors import ClosedError, MissingFrameError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import frame_wait
@@ -20,6 +20,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.uri import SourceUri
+from grabbergui.library.arguments import checked_count, checked_depth, checked_timeout
 from grabbergui.library.camera import Camera
 from grabbergui.library.sets import next_set
 from grabbergui.library.streaming import (
@@ -176,12 +177,12 @@ class Rig:
         """Iterate over sets: a dict of frames by camera, with `skew_ns`, `missing`, `time_ns`, `state`.
 
         Up to `depth` sets wait for a slow loop. The stream runs while the loop does. Raises FrameTimeoutError
-        after `timeout` seconds without a set, DeviceLostError if all cameras are lost, and GrabberError for a
-        missing frame if the rig's file says `missing: stop`.
+        after `timeout` seconds without a set, DeviceLostError if all cameras are lost, and
+        MissingFrameError for a missing frame if the rig's file says `missing: stop`.
         """
         self._check_open()
-        if count is not None and count < 0:
-            raise UsageError(f"sets({count}): the number of sets is 0 or more, or None for no end")
+        count, timeout = checked_count("sets", count), checked_timeout("sets", timeout)
+        depth = checked_depth("sets", depth)
         stack = contextlib.ExitStack()
         try:
             queue = stack.enter_context(contextlib.closing(self._grabber.open_queue(depth)))
@@ -197,6 +198,7 @@ class Rig:
 
         The rig's trigger must be `software` or `action`. Raises UsageError, FrameTimeoutError, ClosedError.
         """
+        timeout = checked_timeout("trigger", timeout)
         rig = self._rig("trigger")
         self.start()
         queue = self._grabber.open_queue(4)
@@ -209,7 +211,7 @@ class Rig:
             timeout = max((frame_wait(camera.grabber) for camera in self._cameras.values()), default=5.0)
         images = next_set(queue, timeout, self._cameras, needs_all=self._missing != "deliver").images
         if images.missing and self._missing == "stop":
-            raise GrabberError(f"set {images.index} has no frame of {', '.join(images.missing)}")
+            raise MissingFrameError(f"set {images.index} has no frame of {', '.join(images.missing)}")
         return images
 
     @property

@@ -22,10 +22,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
 
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.library.arguments import checked_count, checked_depth
 from grabbergui.library.collected import await_ends, when_collected
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
@@ -117,16 +118,12 @@ class Frames:
         timeout: float,
         depth: int,
     ) -> None:
-        if count is not None and count < 0:
-            raise UsageError(f"frames({count}): the number of frames is 0 or more, or None for no end")
-        if depth < 1:
-            raise UsageError(f"frames(depth={depth}): at least one frame must be able to wait for the loop")
         self._grabber = grabber
         self._use = use
         self._get = get
-        self._count = count
+        self._count = checked_count("frames", count)
         self._timeout = timeout
-        self._depth = depth
+        self._depth = checked_depth("frames", depth)
         self._queue: FrameQueue | None = None
         self._dropped = 0
 

@@ -303,6 +303,8 @@ def create_writer(
         from grabbergui.recording.movie_writer import MovieWriter
 
         return MovieWriter(path, kind, rate)
+    except GrabberError:
+        raise
     except ImportError as error:
         raise RecordingError(f"{path.name} cannot be recorded: {explained(error)}") from error
     except OSError as error:

@@ -19,7 +19,7 @@ from psygnal import Signal
 
 from grabbergui.core.component import further_components
 from grabbergui.core.coord3d import Scan3d
-from grabbergui.core.errors import GrabberError, PixelFormatError
+from grabbergui.core.errors import GrabberError, LocalFileError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.json_text import to_json
@@ -30,7 +30,7 @@ _TIFF_TYPES = (np.uint16, np.int16, np.int32, np.float32, np.float64)
 "Types of deep values that OpenCV writes to TIFF unchanged."
 
 
-class SnapshotError(GrabberError):
+class SnapshotError(LocalFileError):
     """A file could not be written."""
 
 
@@ -149,6 +149,8 @@ def _moment(frame: Frame, moment: float | None) -> float:
 def _folder_errors(folder: Path) -> Iterator[None]:
     try:
         yield
+    except GrabberError:
+        raise
     except OSError as error:
         raise SnapshotError(
             f"the snapshot could not be written to {folder}: {error.strerror or error}; choose another folder"

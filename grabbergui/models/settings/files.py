@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from grabbergui.core.environment import write_whole
-from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
+from grabbergui.core.errors import LocalFileError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.json_text import to_json
 from grabbergui.core.regular_files import read_bounded
@@ -50,7 +50,7 @@ _MOST_SELECTORS = 64
 "Most selectors that are distinguished without the camera, as each feature is compared with all of them."
 
 
-class SettingsFileError(GrabberError):
+class SettingsFileError(LocalFileError):
     """A settings file could not be read or written."""
 
 
@@ -68,7 +68,7 @@ def save(features: FeatureSet, path: Path) -> None:
     except FileNotFoundError as error:
         raise MissingFileError(f"there is no folder {path.absolute().parent} for {path.name}") from error
     except OSError as error:
-        raise SettingsFileError(f"{path} could not be written: {error.strerror or error}") from error
+        raise SettingsFileError.of(path, "written", error) from error
 
 
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
@@ -84,7 +84,7 @@ def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
     except FileNotFoundError as error:
         raise MissingFileError(f"there is no file of settings {path}") from error
     except OSError as error:
-        raise SettingsFileError(f"{path} could not be read: {error.strerror or error}") from error
+        raise SettingsFileError.of(path, "read", error) from error
     text = foreign.text_of(content)
     if text is None:
         raise UsageError(f"{path} is no file of settings: it is not text")

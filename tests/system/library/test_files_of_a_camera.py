@@ -110,6 +110,10 @@ def test_the_points_of_a_frame_and_its_distances(tmp_path):
             camera.distances(frame.components[0])
         cloud = camera.points(frame)
         camera.save_points(frame, tmp_path / "cloud.ply")
+        with pytest.raises(grabbergui.MissingFileError, match="there is no folder"):
+            camera.save_points(frame, tmp_path / "no" / "cloud.ply")
+        with pytest.raises(grabbergui.LocalFileError, match="could not be written"):
+            camera.save_points(frame, tmp_path)
         camera["ComponentEnable"] = False
         with pytest.raises(PixelFormatError, match="has no range image; switch on ComponentEnable"):
             camera.distances(camera.grab())

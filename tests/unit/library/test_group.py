@@ -28,6 +28,11 @@ def test_an_assignment_sets_all_cameras(cameras: grabbergui.CameraGroup) -> None
     assert cameras[1:].trigger_mode == ["On"]
 
 
+def test_a_name_is_in_a_group_if_all_cameras_have_it(cameras: grabbergui.CameraGroup) -> None:
+    assert "exposure_time" in cameras and "ExposureTime" in cameras and "exposure_tme" not in cameras
+    assert cameras[1] in cameras and cameras[1] not in cameras[:1]
+
+
 @pytest.mark.parametrize("name", ["exposure_tme", "_exposure_time", "start"])
 def test_what_sets_no_camera_is_refused(cameras: grabbergui.CameraGroup, name: str) -> None:
     with pytest.raises(AttributeError):

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import pickle
+import re
 import threading
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,6 +68,8 @@ def test_the_state_and_the_text_of_a_camera(camera: grabbergui.Camera) -> None:
         (grabbergui.SourceNotFoundError, LookupError),
         (grabbergui.MissingFileError, FileNotFoundError),
         (grabbergui.ExistingFileError, FileExistsError),
+        (grabbergui.LocalFileError, OSError),
+        (grabbergui.MissingFrameError, KeyError),
     ],
 )
 def test_an_error_is_what_python_has_for_it_too(error: type[Exception], python: type[Exception]) -> None:
@@ -80,6 +85,70 @@ def test_the_errors_of_calls(camera: grabbergui.Camera) -> None:
     camera["TriggerMode"] = "On"
     with pytest.raises(TimeoutError, match="waits for a trigger"):
         camera.grab(timeout=0.05)
+
+
+@pytest.mark.parametrize(
+    ("call", "refused"),
+    [
+        (lambda camera: camera.frames("10"), r"frames\('10'\): the number of frames is 0 or more"),
+        (lambda camera: camera.frames(2.5), r"frames\(2.5\): the number of frames is 0 or more"),
+        (lambda camera: camera.frames(depth="8"), r"frames\(depth='8'\): at least one frame"),
+        (lambda camera: camera.frames(timeout=-1), r"frames\(timeout=-1\): the time-out is in seconds"),
+        (lambda camera: camera.grab("ExposureTime"), r"grab\(timeout='ExposureTime'\): the time-out is in"),
+        (lambda camera: camera.trigger(timeout=float("nan")), r"trigger\(timeout=nan\): the time-out is in"),
+        (lambda camera: camera.on("change", 3), r"on\('change', 3\): the second argument is a function"),
+        (lambda camera: camera.files.write("UserSet1", "text"), "the content is bytes, or a pathlib.Path"),
+    ],
+)
+def test_an_argument_of_the_wrong_kind_is_named(
+    camera: grabbergui.Camera, call: Callable[[grabbergui.Camera], object], refused: str
+) -> None:
+    with pytest.raises(grabbergui.UsageError, match=refused):
+        call(camera)
+
+
+def test_numpy_counts_frames(camera: grabbergui.Camera) -> None:
+    assert len(list(camera.frames(np.int64(2), depth=np.uint8(4), timeout=np.float32(5)))) == 2
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda camera, path: camera.save_settings(path),
+        lambda camera, path: camera.load_settings(path),
+        lambda camera, path: camera.files.write("UserSet1", path),
+    ],
+)
+def test_a_folder_in_place_of_a_file_is_an_error_of_the_tree(
+    camera: grabbergui.Camera, use: Callable[[grabbergui.Camera, Path], object], tmp_path: Path
+) -> None:
+    with pytest.raises((grabbergui.LocalFileError, grabbergui.UsageError), match=re.escape(str(tmp_path))):
+        use(camera, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda camera, path: camera.save_settings(path),
+        lambda camera, path: camera.load_settings(path),
+        lambda camera, path: camera.files.write("UserSet1", path),
+    ],
+)
+def test_a_file_that_is_not_there_is_an_error_of_the_tree(
+    camera: grabbergui.Camera, use: Callable[[grabbergui.Camera, Path], object], tmp_path: Path
+) -> None:
+    with pytest.raises(grabbergui.MissingFileError, match=re.escape(str(tmp_path / "no"))):
+        use(camera, tmp_path / "no" / "file.yaml")
+
+
+def test_a_taken_name_is_said_once(camera: grabbergui.Camera, tmp_path: Path) -> None:
+    taken = tmp_path / "run.mcap"
+    taken.write_bytes(b"x")
+    with pytest.raises(FileExistsError) as refused:
+        camera.record(taken, frames=1)
+    assert str(refused.value) == (
+        f"{taken} is there already; a recording overwrites nothing, choose another name"
+    )
 
 
 def test_a_camera_is_no_sequence_of_frames(camera: grabbergui.Camera) -> None:
