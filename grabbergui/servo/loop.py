@@ -42,6 +42,13 @@ class ControlCycle:
     error: tuple[float, float]
     "Metres and radians from the hand to its goal; NaN without a marker."
     robot: RobotState | None
+    began: float | None = None
+    "The time of the loop's first cycle; None: this one."
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the loop's first cycle: the one clock of console, window and report."""
+        return 0.0 if self.began is None else self.time - self.began
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +103,8 @@ class ServoLoop:
         self._before = -np.inf
         "When the image before the newest one was exposed."
         self._last = 0.0
+        self._began: float | None = None
+        "The time of the first cycle."
 
     def tune(self, config: Config) -> None:
         """Change gains and limits of head, arm and loop; detection and safety stay as they were."""
@@ -114,6 +123,7 @@ class ServoLoop:
         safety = self.config.safety
         seconds = min(max(now - self._last, 0.0), 0.1)
         self._last = now
+        self._began = now if self._began is None else self._began
         sound = robot is not None and robot.sound
         if robot is not None and sound:
             self._history.add(robot.time, robot.head)
@@ -154,7 +164,7 @@ class ServoLoop:
         right, down = map(float, self.head.offset) if target is not None else (np.nan, np.nan)
         error = self.arm.error if marker is not None else (np.nan, np.nan)
         reason = f"{self.machine.reason} (dry run: nothing is sent)" if self._dry_run else self.machine.reason
-        return ControlCycle(now, state, reason, command, (right, down), error, robot)
+        return ControlCycle(now, state, reason, command, (right, down), error, robot, self._began)
 
     def moment(self, cycle: ControlCycle) -> Moment:
         """Return the loop's knowledge at the end of the newest cycle. On the loop's thread."""

@@ -260,15 +260,13 @@ class _Outcome:
         "Whether the marker was reached, and whether the reader of our output is gone."
         self.failure = ""
         self._state: Any = None
-        self._start: float | None = None
 
     def note(self, cycle: ControlCycle) -> None:
         """Print a change of state."""
-        self._start = cycle.time if self._start is None else self._start
         if cycle.state is not self._state:
             self._state = cycle.state
             self.reached |= cycle.state.name == "REACHED"
-            self._print(f"{cycle.time - self._start:7.2f} s  {cycle.state.value}: {cycle.reason}")
+            self._print(f"{cycle.elapsed:7.2f} s  {cycle.state.value}: {cycle.reason}")
         if cycle.state.name != "STOPPED":
             self.failure = ""  # of an earlier loop: the user has started another
 

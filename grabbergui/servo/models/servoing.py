@@ -108,7 +108,7 @@ class Entry:
     """A state and the time of its beginning."""
 
     time: float
-    "Seconds since the first cycle."
+    "Seconds since the loop's first cycle (`ControlCycle.elapsed`)."
     state: State
     reason: str
 
@@ -151,7 +151,6 @@ class ServoModel:
         self._open = False
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
-        self._began: float | None = None
         self._state: State | None = None
         self._rows = np.full((round(CURVE_SECONDS * CURVE_RATE), _COLUMNS), np.nan)
         self._count = 0
@@ -211,8 +210,6 @@ class ServoModel:
 
     def _note(self, cycle: ControlCycle) -> Entry | None:
         with self._lock:
-            if self._began is None:
-                self._began = cycle.time
             row = self._rows[(self._count - 1) % len(self._rows)]
             if cycle.robot is not None and (not self._hands or cycle.robot.time > self._hands[-1][0]):
                 self._hands.append((cycle.robot.time, cycle.robot.hand))
@@ -223,7 +220,7 @@ class ServoModel:
             if cycle.state is self._state:
                 return None
             self._state = cycle.state
-            entry = Entry(cycle.time - self._began, cycle.state, cycle.reason)
+            entry = Entry(cycle.elapsed, cycle.state, cycle.reason)
             self._entries.append(entry)
             return entry
 

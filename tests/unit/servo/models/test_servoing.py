@@ -36,9 +36,9 @@ def model(runner):
     assert "servo display" not in {thread.name for thread in threading.enumerate()}
 
 
-def turned(runner, seconds, state=State.CENTRING, error=(0.1, 0.2), hand=0.0):
-    command = Command(hand=np.full(6, hand))
-    cycle = ControlCycle(seconds, state, f"at {seconds:g}", command, (0.0, 0.0), error, runner.robot.state())
+def turned(runner, seconds, state=State.CENTRING, error=(0.1, 0.2), hand=0.0, began=None):
+    command, robot = Command(hand=np.full(6, hand)), runner.robot.state()
+    cycle = ControlCycle(seconds, state, f"at {seconds:g}", command, (0.0, 0.0), error, robot, began)
     runner.cycle_done.emit(cycle, None)
 
 
@@ -79,12 +79,12 @@ def test_states_are_noted_when_they_change(model, runner):
     entered = []
     model.entered.connect(entered.append)
     for seconds, state in ((5, State.LOST), (5.5, State.LOST), (6, State.CENTRING), (8, State.LOST)):
-        turned(runner, seconds, state)
+        turned(runner, seconds, state, began=4)
     assert [(entry.time, entry.state) for entry in model.entries] == [
-        (0, State.LOST),
-        (1, State.CENTRING),
-        (3, State.LOST),
-    ]
+        (1, State.LOST),
+        (2, State.CENTRING),
+        (4, State.LOST),
+    ], "on the console's clock, also if the window opened later"
     assert entered == model.entries
 
 
