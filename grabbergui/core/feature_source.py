@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from psygnal import Signal
 
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError
-from grabbergui.core.features import Category, Feature, FeatureValue, format_value
+from grabbergui.core.features import AccessCondition, Category, Feature, FeatureValue, format_value
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
 from grabbergui.core.sfnc import Companions, Role
@@ -63,6 +63,14 @@ class FeatureSource(ABC):
     def read_features(self, names: Sequence[str]) -> list[Feature]:
         """Return features in the order of `names`. Raises as `feature` if one of them does."""
         return [self.feature(name) for name in names]
+
+    def conditions(self, name: str) -> tuple[AccessCondition, ...]:
+        """Return which features hide or lock this one, for `Feature.conditions`.
+
+        Empty if none does, or if that is unknown, as for remote sources. May take some milliseconds. Raises
+        FeatureNotFoundError.
+        """
+        return ()
 
     @abstractmethod
     def write_feature(self, name: str, value: FeatureValue) -> Feature:

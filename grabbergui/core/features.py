@@ -130,6 +130,22 @@ class FeatureDescription:
         return shortened(self.display_name or self.name, MOST_TITLE)
 
 
+TRANSPORT_LOCK = "TLParamsLocked"
+"1 while the stream runs (SFNC, Transport Layer Control), which locks others; only the driver writes it."
+
+
+@dataclass(frozen=True)
+class AccessCondition:
+    """A feature whose value hides or locks another one."""
+
+    feature: str
+    "Its name."
+    value: str
+    "Its current value as text."
+    wanted: tuple[str, ...] = ()
+    "The values with which it would not; empty if they are unknown."
+
+
 @dataclass(frozen=True, kw_only=True)
 class Feature(FeatureDescription):
     """A snapshot of a feature."""
@@ -154,6 +170,8 @@ class Feature(FeatureDescription):
     "Whether it is never writable, whatever else is set; false if that is unknown."
     problem: str = ""
     "Why the camera's description of it fails; empty if it does not. A failing feature is not available."
+    conditions: tuple[AccessCondition, ...] = ()
+    "What hides or locks it, once `FeatureSource.conditions` was asked; empty before."
 
     def __post_init__(self) -> None:
         """Drop limits that contradict each other: no number is between them, and the camera decides."""
@@ -217,11 +235,23 @@ class Feature(FeatureDescription):
             return f"is not available: {self.problem}"
         if self.constant:
             return "is read-only"
+        if self.conditions and self.access in (AccessMode.NOT_AVAILABLE, AccessMode.READ_ONLY):
+            return self._condition_text()
         return {
             AccessMode.NOT_IMPLEMENTED: "is not implemented by this camera",
             AccessMode.NOT_AVAILABLE: "is not available at the moment; another feature's value hides it",
             AccessMode.READ_ONLY: "is read-only; streaming or another feature may lock it",
         }.get(self.access, "cannot be used at the moment")
+
+    def _condition_text(self) -> str:
+        state = "not available" if self.access is AccessMode.NOT_AVAILABLE else "read-only"
+        if any(each.feature == TRANSPORT_LOCK for each in self.conditions):
+            return f"is {state} while the camera streams; stop it first"
+        held = " and ".join(f"{each.feature} is {each.value}" for each in self.conditions)
+        if not all(each.wanted for each in self.conditions):
+            return f"is {state} at the moment; it depends on other features: {held}"
+        remedy = " and ".join(f"{each.feature} to {' or '.join(each.wanted)}" for each in self.conditions)
+        return f"is {state} while {held}; set {remedy}"
 
     def range_text(self) -> str:
         """Return the allowed values as display text: `10 … 1000000 us, step 1`, `one of Off, Once`."""

@@ -49,6 +49,7 @@ class SharedGrabber(FrameGrabber):
     has_feature = _passed_on(FeatureSource.has_feature)
     feature = _passed_on(FeatureSource.feature)
     read_features = _passed_on(FeatureSource.read_features)
+    conditions = _passed_on(FeatureSource.conditions)
     write_feature = _passed_on(FeatureSource.write_feature)
     execute = _passed_on(FeatureSource.execute)
     pauses_for = _passed_on(FeatureSource.pauses_for)

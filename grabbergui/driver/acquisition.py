@@ -14,7 +14,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import FeatureAccessError, GrabberError
 from grabbergui.core.feature_instances import instances_of
 from grabbergui.core.feature_source import FeatureSource
-from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.features import TRANSPORT_LOCK, Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameFanout
 from grabbergui.core.settings import SettingKey
@@ -26,8 +26,6 @@ from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 log = logging.getLogger(__name__)
 
-TRANSPORT_LOCK = "TLParamsLocked"
-"1 while the stream runs (SFNC, Transport Layer Control); only the driver writes it."
 MODE, TRIGGER = "AcquisitionMode", "TriggerMode"
 "Features that can keep a camera from sending frames continuously."
 MOST_BYTES_PER_PIXEL = 8

@@ -18,7 +18,14 @@ from grabbergui.core.errors import (
     ResourceExhaustedError,
     TransportError,
 )
-from grabbergui.core.features import Category, Feature, FeatureValue, format_value
+from grabbergui.core.features import (
+    TRANSPORT_LOCK,
+    AccessCondition,
+    Category,
+    Feature,
+    FeatureValue,
+    format_value,
+)
 from grabbergui.core.frame_queue import StreamStatistics
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.core.settings import SettingKey, WriteResult
@@ -155,8 +162,15 @@ class DeviceGrabber(ReconnectingGrabber):
         self._require(name)
         with self._explaining_loss:
             feature = nodes.feature(name)
-        ours = self._access is Access.CONTROL and name != acquisition.TRANSPORT_LOCK
+        ours = self._access is Access.CONTROL and name != TRANSPORT_LOCK
         return feature if ours else replace(feature, access=feature.access.without_writing)
+
+    @override
+    def conditions(self, name: str) -> tuple[AccessCondition, ...]:
+        nodes = self._opened()
+        self._require(name)
+        with self._explaining_loss:
+            return nodes.conditions(name)
 
     @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
@@ -199,7 +213,7 @@ class DeviceGrabber(ReconnectingGrabber):
             nodes, writer = self._opened(), self._writes()
             self._require(name)
             self._require_control(name)
-            if name == acquisition.TRANSPORT_LOCK:
+            if name == TRANSPORT_LOCK:
                 raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
             if self._acquisition.left_on and self._acquisition.pauses_for(name):
                 self._acquisition.stop()  # otherwise it is locked until the next stream ends

@@ -169,7 +169,7 @@ class SettingWriter:
                 assert change.after is not None
                 nodes.write(change.key.name, change.after)
             if switched or feature.value is None or not feature.access.writable:
-                value = nodes.feature(name).validated(value)  # a switch or a stream was on until now
+                value = nodes.explained(name).validated(value)  # a switch or a stream was on until now
             written = nodes.write_and_read(name, value)
         except FeatureError:
             self._switch_back(switched)

@@ -1,4 +1,4 @@
-"""Integer formulas of a description, rewritten so that no division can end the program.
+"""Integer formulas of a description: their values, and rewritten so that no division can end the program.
 
 GenApi computes IntSwissKnife and IntConverter in 64-bit integers of the processor, where the smallest
 number divided by −1 is a hardware exception (SIGFPE) and not an error. Whether that happens depends on
@@ -10,8 +10,11 @@ more, such as operators behind their operands; a formula with a division may not
 
 from __future__ import annotations
 
+import operator
 import re
-from collections.abc import Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from typing import Generic, TypeVar
 
 LONGEST = 4_000
 "Characters of a formula with a division, before and after it is rewritten; the longest known has 800."
@@ -33,7 +36,20 @@ _LEVELS = (
 
 Each level is taken from left to right. `?:` belongs to the weakest, so `a ? b : c = d` is `(a ? b : c) = d`.
 """
-RANK = {operator: rank for rank, operators in enumerate(_LEVELS) for operator in operators}
+RANK = {symbol: rank for rank, symbols in enumerate(_LEVELS) for symbol in symbols}
+
+WORD_BITS = 64
+"Bits of GenApi's integers."
+_OPERATIONS: dict[str, Callable[[int, int], int]] = {
+    "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le,
+    ">=": operator.ge, "&&": lambda left, right: bool(left) and bool(right),
+    "||": lambda left, right: bool(left) or bool(right), "+": operator.add, "-": operator.sub,
+    "*": operator.mul, "&": operator.and_, "|": operator.or_, "^": operator.xor, "<<": operator.lshift,
+    ">>": operator.rshift,
+}  # fmt: skip
+"The operators whose values are computed here."
+
+T = TypeVar("T")
 
 
 def without_traps(formula: str, variables: Iterable[str] = ()) -> str:
@@ -48,33 +64,51 @@ def without_traps(formula: str, variables: Iterable[str] = ()) -> str:
     if len(formula) > LONGEST or not _FUNCTIONS.isdisjoint(variables):
         return refused
     try:
-        parser = _FormulaParser(formula)
-        rewritten = parser.formula()
+        parser = _FormulaRewriter(formula)
+        rewritten = parser.parse()
     except ValueError:
         return refused
     return rewritten if parser.guarded else formula
 
 
-class _FormulaParser:
-    """Recursive-descent parser that returns the text with every operation in parentheses.
+def value_of(formula: str, variables: Mapping[str, int]) -> int:
+    """Return the value of a formula. Raises ValueError if it does not follow the grammar or has none."""
+    if len(formula) > LONGEST:
+        raise ValueError("too long")
+    return _FormulaEvaluator(formula, variables).parse()
 
-    So GenApi computes exactly what was parsed here, whatever its precedence rules. Raises ValueError.
-    """
+
+class _FormulaParser(ABC, Generic[T]):
+    """Recursive-descent parser; its subclasses make something of the parts. Raises ValueError."""
 
     def __init__(self, formula: str) -> None:
         self._tokens = _tokens(formula)
         self._next = 0
         self._depth = 0
-        self.guarded = False
-        "Whether a divisor had to be guarded."
 
-    def formula(self) -> str:
-        text = self._choice()
+    def parse(self) -> T:
+        result = self._choice()
         if self._peek():
             raise ValueError(f"'{self._peek()}' where the formula should end")
-        return text
+        return result
 
-    def _choice(self) -> str:
+    @abstractmethod
+    def _literal(self, token: str) -> T:
+        """Return what a number or a variable stands for."""
+
+    @abstractmethod
+    def _called(self, function: str, argument: T) -> T: ...
+
+    @abstractmethod
+    def _signed(self, sign: str, operand: T) -> T: ...
+
+    @abstractmethod
+    def _chosen(self, condition: T, first: T, second: T) -> T: ...
+
+    @abstractmethod
+    def _operation(self, left: T, symbol: str, right: T) -> T: ...
+
+    def _choice(self) -> T:
         self._depth += 1
         if self._depth > DEEPEST:
             raise ValueError("too deep")
@@ -83,25 +117,23 @@ class _FormulaParser:
             self._take()
             chosen = self._binary(0)
             self._take(":")
-            value = self._continued(f"({value} ? {chosen} : {self._binary(1)})", 0)
+            value = self._continued(self._chosen(value, chosen, self._binary(1)), 0)
         self._depth -= 1
         return value
 
-    def _binary(self, rank: int) -> str:
+    def _binary(self, rank: int) -> T:
         operand = self._binary(rank + 1) if rank + 1 < len(_LEVELS) else self._operand()
         return self._continued(operand, rank)
 
-    def _continued(self, left: str, rank: int) -> str:
+    def _continued(self, left: T, rank: int) -> T:
         """Parse all operations of this rank that follow `left`."""
         while RANK.get(self._peek()) == rank:
-            operator = self._take()
+            symbol = self._take()
             right = self._binary(rank + 1) if rank + 1 < len(_LEVELS) else self._operand()
-            left = self._operation(left, operator, right)
-            if len(left) > LONGEST:
-                raise ValueError("too long")
+            left = self._operation(left, symbol, right)
         return left
 
-    def _operand(self) -> str:
+    def _operand(self) -> T:
         signs: list[str] = []
         while self._peek() in ("+", "-", "~"):
             signs.append(self._take())
@@ -111,28 +143,15 @@ class _FormulaParser:
             self._take(")")
         elif token in _FUNCTIONS:
             self._take("(")
-            value = f"{token}({self._choice()})"
+            value = self._called(token, self._choice())
             self._take(")")
         elif token and (token[0].isalnum() or token[0] == "_"):
-            value = token
+            value = self._literal(token)
         else:
             raise ValueError(f"'{token}' where a value should be")
         for sign in reversed(signs):
-            value = f"({sign}{value})"
+            value = self._signed(sign, value)
         return value
-
-    def _operation(self, left: str, operator: str, right: str) -> str:
-        """Return one operation; divide by 1 instead of −1 and multiply the quotient by −1.
-
-        GenApi evaluates both branches of `?:`, so a condition around the division itself would not help.
-        """
-        if operator not in ("/", "%") or right.isdecimal() or right.startswith("0x"):
-            return f"({left} {operator} {right})"
-        self.guarded = True
-        divisor = f"({right} = (0 - 1) ? 1 : {right})"
-        if operator == "%":
-            return f"({left} % {divisor})"
-        return f"(({left} / {divisor}) * ({right} = (0 - 1) ? (0 - 1) : 1))"
 
     def _peek(self) -> str:
         return self._tokens[self._next]
@@ -143,6 +162,79 @@ class _FormulaParser:
             raise ValueError(f"'{token}' instead of '{expected}'")
         self._next += 1
         return token
+
+
+class _FormulaRewriter(_FormulaParser[str]):
+    """Returns the text with every operation in parentheses.
+
+    So GenApi computes exactly what was parsed here, whatever its precedence rules.
+    """
+
+    guarded = False
+    "Whether a divisor had to be guarded."
+
+    def _literal(self, token: str) -> str:
+        return token
+
+    def _called(self, function: str, argument: str) -> str:
+        return f"{function}({argument})"
+
+    def _signed(self, sign: str, operand: str) -> str:
+        return f"({sign}{operand})"
+
+    def _chosen(self, condition: str, first: str, second: str) -> str:
+        return f"({condition} ? {first} : {second})"
+
+    def _operation(self, left: str, symbol: str, right: str) -> str:
+        rewritten = self._rewritten(left, symbol, right)
+        if len(rewritten) > LONGEST:
+            raise ValueError("too long")
+        return rewritten
+
+    def _rewritten(self, left: str, symbol: str, right: str) -> str:
+        """Return one operation; divide by 1 instead of −1 and multiply the quotient by −1.
+
+        GenApi evaluates both branches of `?:`, so a condition around the division itself would not help.
+        """
+        if symbol not in ("/", "%") or right.isdecimal() or right.startswith("0x"):
+            return f"({left} {symbol} {right})"
+        self.guarded = True
+        divisor = f"({right} = (0 - 1) ? 1 : {right})"
+        if symbol == "%":
+            return f"({left} % {divisor})"
+        return f"(({left} / {divisor}) * ({right} = (0 - 1) ? (0 - 1) : 1))"
+
+
+class _FormulaEvaluator(_FormulaParser[int]):
+    """Computes the value; refuses divisions, powers and functions, which conditions do not need."""
+
+    def __init__(self, formula: str, variables: Mapping[str, int]) -> None:
+        super().__init__(formula)
+        self._variables = variables
+
+    def _literal(self, token: str) -> int:
+        if token[0].isdigit():
+            return int(token, 0) if token.startswith("0x") else int(token)
+        if token not in self._variables:
+            raise ValueError(f"no variable {token}")
+        return self._variables[token]
+
+    def _called(self, function: str, argument: int) -> int:
+        raise ValueError(f"no function {function}")
+
+    def _signed(self, sign: str, operand: int) -> int:
+        return {"+": operand, "-": -operand, "~": ~operand}[sign]
+
+    def _chosen(self, condition: int, first: int, second: int) -> int:
+        return first if condition else second
+
+    def _operation(self, left: int, symbol: str, right: int) -> int:
+        if symbol in ("<<", ">>") and not 0 <= right < WORD_BITS:
+            raise ValueError(f"a shift by {right}")
+        if symbol not in _OPERATIONS:
+            raise ValueError(f"no operator {symbol}")
+        value = int(_OPERATIONS[symbol](left, right)) % (1 << WORD_BITS)
+        return value - (1 << WORD_BITS) if value >> (WORD_BITS - 1) else value
 
 
 def _tokens(formula: str) -> list[str]:

@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from typing import Any
 
 from genicam import genapi
@@ -21,6 +22,7 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.features import (
+    AccessCondition,
     Category,
     Feature,
     FeatureKind,
@@ -32,6 +34,7 @@ from grabbergui.core.sfnc import automatic_mode_of
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import node_features
 from grabbergui.driver.genapi.cleaning import clean_xml, port_name
+from grabbergui.driver.genapi.conditions import Conditions
 from grabbergui.driver.genapi.event_reader import EventReader
 from grabbergui.driver.genapi.feature_tree import FeatureTree
 from grabbergui.driver.genapi.loading import load
@@ -92,6 +95,7 @@ class CameraNodeMap:
                 tree = FeatureTree(self._map)
                 self._port.take_failure()  # the features that failed say so themselves
                 self._root, self._descriptions = tree.root, tree.descriptions
+                self._conditions = Conditions(self._map, self._descriptions)
                 self._listen()
         except BaseException:
             self.close()  # a map that is collected with its event adapter or callbacks ends the process
@@ -125,6 +129,19 @@ class CameraNodeMap:
             feature = self._node(name).snapshot()
             self._raise_loss()
         return feature
+
+    def conditions(self, name: str) -> tuple[AccessCondition, ...]:
+        """Return what hides or locks a feature; empty if the description does not say."""
+        with self._lock:
+            access = node_features.access_of(self._map.get_node(name))
+            conditions = self._conditions.of(name, access)
+            self._raise_loss()
+        return conditions
+
+    def explained(self, name: str) -> Feature:
+        """Return a snapshot of a feature with what hides or locks it."""
+        feature = self.feature(name)
+        return feature if feature.access.writable else replace(feature, conditions=self.conditions(name))
 
     def taking(self, name: str, value: FeatureValue) -> tuple[Feature, FeatureValue] | None:
         """Return the last snapshot of a number that takes this value, and the value as its own type.
@@ -248,8 +265,7 @@ class CameraNodeMap:
                 raise FeatureAccessError(f"{name} is no command; it can be written instead", name)
             access = node_features.access_of(command)
             if not access.writable:
-                feature = self.feature(name)
-                raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
+                raise FeatureAccessError(f"{name} {self.explained(name).access_problem()}", name)
             command.execute()
         if not wait:
             return
@@ -389,7 +405,7 @@ class CameraNodeMap:
         if isinstance(error, genapi.OutOfRangeException):
             return FeatureValueError(f"{message} (allowed: {self.feature(name).range_text()})", name)
         if isinstance(error, genapi.AccessException) and failure is None:
-            return FeatureAccessError(f"{what}: {self.feature(name).access_problem()}", name)
+            return FeatureAccessError(f"{what}: {self.explained(name).access_problem()}", name)
         return FeatureError(message, name)
 
     def _is_done(self, name: str) -> bool:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from grabbergui.core.features import (
     CODED,
+    TRANSPORT_LOCK,
     AccessMode,
     Feature,
     FeatureKind,
@@ -44,11 +45,41 @@ def access_text(feature: Feature) -> str:
         return translate("Features", "is read-only")
     if feature.access is AccessMode.NOT_IMPLEMENTED:
         return translate("Features", "is not implemented by this camera")
+    if feature.conditions:
+        return _condition_text(feature)
     if feature.access is AccessMode.NOT_AVAILABLE:
         return translate("Features", "is not available at the moment; another feature's value hides it")
     if feature.access is AccessMode.READ_ONLY:
         return translate("Features", "is read-only; streaming or another feature may lock it")
     return translate("Features", "cannot be used at the moment")
+
+
+def _condition_text(feature: Feature) -> str:
+    """Return which values hide or lock the feature, and what to set instead."""
+    hidden = feature.access is AccessMode.NOT_AVAILABLE
+    if any(each.feature == TRANSPORT_LOCK for each in feature.conditions):
+        if hidden:
+            return translate("Features", "is not available while the camera streams; stop it first")
+        return translate("Features", "is read-only while the camera streams; stop it first")
+    conjunction = translate("Features", " and ")
+    held = conjunction.join(
+        translate("Features", "{0} is {1}").format(each.feature, each.value) for each in feature.conditions
+    )
+    if not all(each.wanted for each in feature.conditions):
+        if hidden:
+            text = translate("Features", "is not available at the moment; it depends on other features: {0}")
+        else:
+            text = translate("Features", "is read-only at the moment; it depends on other features: {0}")
+        return text.format(held)
+    remedy = conjunction.join(
+        translate("Features", "{0} to {1}").format(
+            each.feature, translate("Features", " or ").join(each.wanted)
+        )
+        for each in feature.conditions
+    )
+    if hidden:
+        return translate("Features", "is not available while {0}; set {1}").format(held, remedy)
+    return translate("Features", "is read-only while {0}; set {1}").format(held, remedy)
 
 
 def range_text(feature: Feature) -> str:

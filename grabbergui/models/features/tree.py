@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterable, Set
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 from itertools import islice
 from typing import TypeVar
@@ -15,6 +15,7 @@ from psygnal import Signal
 
 from grabbergui.core.errors import DeviceLostError, GrabberError, TransportError
 from grabbergui.core.features import (
+    AccessCondition,
     AccessMode,
     Category,
     Feature,
@@ -127,6 +128,15 @@ class FeatureTreeModel:
     def request(self, names: Iterable[str]) -> None:
         """Read these features; `feature_changed` follows for each, whether it changed or not."""
         self._want(names, always=True)
+
+    def explain(self, name: str) -> None:
+        """Find out what hides or locks a feature; `feature_changed` follows with its conditions, if any."""
+        self._worker.submit(
+            lambda: self._grabber.conditions(name),
+            key=f"explain {name}",
+            done=partial(self._on_explained, name),
+            failed=lambda error: log.info("what hides or locks %s: %s", name, error),
+        )
 
     def watch(self, names: Iterable[str]) -> None:
         """Follow only these features and their automatic modes from now on.
@@ -258,6 +268,11 @@ class FeatureTreeModel:
     def _publish_all(self, written: list[Feature]) -> None:
         for feature in written:
             self._publish(self._grabber.offered(feature), always=feature is written[0])
+
+    def _on_explained(self, name: str, conditions: tuple[AccessCondition, ...]) -> None:
+        known = self._features.get(name)
+        if known is not None and conditions:
+            self._publish(replace(known, conditions=conditions), always=False)
 
     def _on_write_refused(self, name: str, error: GrabberError) -> None:
         with self._lock:

@@ -49,6 +49,7 @@ class FeatureController(QObject):
             rows.executed.connect(self._on_rows_executed)
             rows.held.connect(self._on_rows_held)
             rows.released.connect(self._on_rows_released)
+            rows.explanationRequested.connect(self._on_rows_explanation_requested)
         panel.watchedChanged.connect(self._watch)
 
     def set_model(self, model: FeatureTreeModel | None) -> None:
@@ -160,6 +161,10 @@ class FeatureController(QObject):
         if self._model is not None:
             self._held.add(name)
             self._model.hold(name)
+
+    def _on_rows_explanation_requested(self, name: str) -> None:
+        if self._model is not None:
+            self._model.explain(name)
 
     def _on_rows_released(self, name: str) -> None:
         self._held.discard(name)

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 
-from PyQt5.QtCore import QByteArray, QMimeData, QObject, QPoint, Qt, pyqtSignal
+from PyQt5.QtCore import QByteArray, QEvent, QMimeData, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QContextMenuEvent, QDrag, QDropEvent, QMouseEvent
 from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QApplication, QGridLayout, QHBoxLayout, QSizePolicy, QWidget
 
@@ -120,6 +120,8 @@ class FeatureRow(QWidget):
     executed = pyqtSignal(str)
     held = pyqtSignal(str)
     released = pyqtSignal(str)
+    explanationRequested = pyqtSignal(str)
+    """The mouse is over a feature that cannot be changed, and what hides or locks it is not known yet."""
     menuRequested = pyqtSignal(str, QPoint)
     """The context menu is requested, at a place on the screen."""
 
@@ -225,6 +227,15 @@ class FeatureRow(QWidget):
         if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
             self.setFeature(self._feature)
 
+    def enterEvent(self, event: QEvent | None) -> None:
+        """Ask, before the tooltip is shown, for its reason."""
+        super().enterEvent(event)
+        feature = self._feature
+        if feature is None or feature.constant or feature.problem or feature.conditions or self._lock:
+            return
+        if not as_editable(feature, self._auto_feature).access.writable:
+            self.explanationRequested.emit(self.name)
+
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Remember where a drag may begin."""
         if event is not None:
@@ -321,6 +332,7 @@ class FeatureRows(QObject):
     executed = pyqtSignal(str)
     held = pyqtSignal(str)
     released = pyqtSignal(str)
+    explanationRequested = pyqtSignal(str)
     menuRequested = pyqtSignal(str, QPoint)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -354,6 +366,7 @@ class FeatureRows(QObject):
         row.executed.connect(self.executed)
         row.held.connect(self.held)
         row.released.connect(self.released)
+        row.explanationRequested.connect(self.explanationRequested)
         row.menuRequested.connect(self.menuRequested)
         row.setLocked(self._lock)
         self._page.rows.setdefault(row.name, []).append(row)

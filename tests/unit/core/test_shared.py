@@ -110,8 +110,8 @@ def test_settings_under_selectors_are_read_only_too(both):
 
 
 READS = {
-    "calibration", "close", "exclusive", "feature_tree", "features", "has_feature", "lost", "open",
-    "open_queue", "read_features", "read_register", "reads_at_once", "recorded_coordinates",
+    "calibration", "close", "conditions", "exclusive", "feature_tree", "features", "has_feature", "lost",
+    "open", "open_queue", "read_features", "read_register", "reads_at_once", "recorded_coordinates",
     "register_length", "role", "selectors", "setting", "silence", "statistics", "streaming",
 }  # fmt: skip
 """Passed on as they are: none of them writes to the camera, or it does so by a method that is refused."""

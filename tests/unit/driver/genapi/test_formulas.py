@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.driver.genapi import formulas
-from grabbergui.driver.genapi.formulas import LONGEST, without_traps
+from grabbergui.driver.genapi.formulas import LONGEST, value_of, without_traps
 
 SMALLEST = -(2**63)
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
@@ -109,3 +109,22 @@ def test_a_rewritten_formula_has_the_value_that_genapi_computes(seed):
 def test_whatever_is_left_does_not_trap(formula):
     value = computed(without_traps(formula), A=SMALLEST, B=-1)
     assert value is None or SMALLEST <= value < -SMALLEST  # and this process goes on
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_computed_formula_has_the_value_that_genapi_computes(seed):
+    source = random.Random(seed)
+    values = {"A": source.choice((-3, 0, 5, 9)), "B": source.choice((-7, 2, 3, 4))}
+    formula = some_formula(source, 3)
+    try:
+        value = value_of(formula, values)
+    except ValueError:
+        assert any(part in formula for part in ("/", "%", "**", "SGN", "NEG", "<<", ">>")), formula
+    else:
+        assert value == computed(formula, **values), formula
+
+
+@pytest.mark.parametrize("formula", ["A / 2", "2 ** A", "NEG(A)", "C", "A << 70", "A = ", "A .5", "1" * 5000])
+def test_a_formula_that_is_not_computed_is_refused(formula):
+    with pytest.raises(ValueError, match=r".+"):
+        value_of(formula, {"A": 1})

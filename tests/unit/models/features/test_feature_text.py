@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import (
+    AccessCondition,
     AccessMode,
     EnumEntry,
     Feature,
@@ -14,6 +15,7 @@ from grabbergui.core.features import (
     parse_coded,
 )
 from grabbergui.models.features.feature_text import (
+    access_text,
     breakable,
     limit_text,
     tooltip,
@@ -182,6 +184,51 @@ def test_a_tooltip_has_reason_help_and_range():
 def test_a_tooltip_that_the_description_repeats_is_shown_once():
     shown = tooltip(replace(FLOAT, tooltip="Light falls in", description="Light falls in for so long."))
     assert "Light falls in<br>" not in shown and "Light falls in for so long." in shown
+
+
+ON, SOFTWARE = (
+    AccessCondition("TriggerMode", "Off", ("On",)),
+    AccessCondition("TriggerSource", "Line1", ("Software", "Any")),
+)
+
+
+@pytest.mark.parametrize(
+    ("access", "conditions", "why"),
+    [
+        (AccessMode.NOT_AVAILABLE, (ON,), "is not available while TriggerMode is Off; set TriggerMode to On"),
+        (
+            AccessMode.READ_ONLY,
+            (ON, SOFTWARE),
+            "is read-only while TriggerMode is Off and TriggerSource is Line1;"
+            " set TriggerMode to On and TriggerSource to Software or Any",
+        ),
+        (
+            AccessMode.NOT_AVAILABLE,
+            (AccessCondition("Licence", "0"),),
+            "is not available at the moment; it depends on other features: Licence is 0",
+        ),
+        (
+            AccessMode.READ_ONLY,
+            (AccessCondition("Licence", "0"),),
+            "is read-only at the moment; it depends on other features: Licence is 0",
+        ),
+        (
+            AccessMode.READ_ONLY,
+            (AccessCondition("TLParamsLocked", "1", ("0",)),),
+            "is read-only while the camera streams; stop it first",
+        ),
+        (
+            AccessMode.NOT_AVAILABLE,
+            (AccessCondition("TLParamsLocked", "1", ("0",)),),
+            "is not available while the camera streams; stop it first",
+        ),
+    ],
+)
+def test_what_hides_or_locks_a_feature_is_named(access, conditions, why):
+    feature = replace(INTEGER, access=access, value=None, conditions=conditions)
+    assert feature.access_problem() == why
+    assert access_text(feature) == why
+    assert f"It {why}." in tooltip(feature)
 
 
 @pytest.mark.parametrize(

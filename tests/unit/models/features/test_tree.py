@@ -1,7 +1,7 @@
 """What the feature tree reads from a camera, when, and what it reports."""
 
 from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
+from grabbergui.core.features import AccessCondition, AccessMode, Category, Feature, FeatureKind
 from tree_bench import RemoteScript, number
 
 
@@ -32,6 +32,21 @@ def test_requested_features_are_read_on_the_worker_and_reported_even_if_unchange
     assert s.values("B") == [1.0]
     assert s.grabber.threads == {"worker"}
     assert s.model.feature("A") == s.grabber.known["A"]
+
+
+def test_what_hides_a_feature_is_found_out_on_request_only(stage):
+    s = stage(number("A"))
+    hidden = (AccessCondition("TriggerMode", "Off", ("On",)),)
+    s.grabber.conditions = lambda name: hidden
+    s.model.explain("A")
+    s.settle()
+    assert s.changed == [], "it was never read"
+    s.model.request(["A"])
+    s.settle()
+    assert s.model.feature("A").conditions == ()
+    s.model.explain("A")
+    s.settle()
+    assert s.changed[-1].conditions == hidden
 
 
 def test_features_of_a_remote_camera_are_read_by_few_requests(stage):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QEvent, Qt
 from PyQt5.QtWidgets import QAbstractSlider, QAbstractSpinBox, QLineEdit
 
-from grabbergui.core.features import Feature
+from grabbergui.core.features import AccessCondition, Feature
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
 from grabbergui.ui.widgets.labels import WrappedLabel
@@ -54,6 +54,18 @@ def test_a_row_that_cannot_be_written_is_disabled_and_says_why(row):
     assert made.editor.isEnabled()
     assert "read-only" not in made.toolTip()
     assert made.reported == []
+
+
+def test_the_mouse_over_a_locked_row_asks_what_locks_it(row, qapp):
+    made, asked = row(WIDTH), []
+    made.explanationRequested.connect(asked.append)
+    hidden = replace(WIDTH, access=A.NOT_AVAILABLE, value=None)
+    explained = replace(hidden, conditions=(AccessCondition("TriggerMode", "Off", ("On",)),))
+    for shown, expected in ((WIDTH, []), (hidden, ["Width"]), (explained, ["Width"])):
+        made.setFeature(shown)
+        qapp.sendEvent(made, QEvent(QEvent.Enter))
+        assert asked == expected
+    assert "while TriggerMode is Off; set TriggerMode to On" in made.toolTip()
 
 
 def test_a_row_changes_its_editor_when_the_range_does(row):
