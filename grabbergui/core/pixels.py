@@ -145,6 +145,32 @@ def value_at(frame: SensorImage, x: int, y: int) -> tuple[float, ...]:
     return (values[luma], *(chroma if x % 2 == 0 else reversed(chroma)))
 
 
+def filter_at(frame: SensorImage, x: int, y: int) -> str:
+    """Return the colour of the filter on a pixel of a Bayer pattern: R, G or B; empty for other formats."""
+    order = frame.pixel_format.order
+    if frame.pixel_format.family is not Family.BAYER:
+        return ""
+    return (order + colour.BAYER_SECOND_LINE[order])[2 * (y % 2) + x % 2]
+
+
+def interpolated_at(frame: SensorImage, x: int, y: int) -> tuple[float, float, float]:
+    """Return red, green and blue at a pixel of a Bayer pattern, in the sensor's own values.
+
+    Each is the pixel's value, or the mean of the nearest pixels with its filter, as in bilinear demosaicing.
+    Raises PixelFormatError, and IndexError outside the frame.
+    """
+    found: dict[str, list[float]] = {"R": [], "G": [], "B": []}
+    own = filter_at(frame, x, y)
+    for row in range(max(0, y - 1), min(frame.height, y + 2)):
+        for column in range(max(0, x - 1), min(frame.width, x + 2)):
+            kind, corner = filter_at(frame, column, row), row != y and column != x
+            here = (column, row) == (x, y)
+            if here or (kind != own and not (kind == "G" and corner)):
+                found[kind].append(value_at(frame, column, row)[0])
+    red, green, blue = (float(np.mean(found[kind])) if found[kind] else 0.0 for kind in "RGB")
+    return red, green, blue
+
+
 def _bounds(frame: SensorImage) -> tuple[float, float] | None:
     """Return the range of a frame for display, the same for all its regions; None if the format has its own.
 

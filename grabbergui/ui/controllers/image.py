@@ -37,7 +37,7 @@ from grabbergui.ui.views.bases import (
 )
 from grabbergui.ui.views.image_view import PointCloudDialog
 from grabbergui.ui.views.measuring_panels import HistogramPanel
-from grabbergui.ui.widgets.image_overlays import LEGIBLE_ZOOM
+from grabbergui.ui.widgets.image_overlays import LEGIBLE_ZOOM, PixelTexts
 
 CURSOR_INTERVAL_MS = 200
 "Milliseconds between two readings of the pixel under the cursor."
@@ -132,7 +132,7 @@ class AcquisitionController(QObject):
 
     def _show_values(self, shown: ShownImage) -> None:
         """Show the sensor's values on pixels that are large enough."""
-        canvas, texts = self._view.canvas, {}
+        canvas, texts = self._view.canvas, PixelTexts()
         if canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
             texts = value_texts(shown, self._image.settings)
         canvas.values.setTexts(texts)
@@ -140,7 +140,7 @@ class AcquisitionController(QObject):
     def _show_cursor(self, *_: int) -> None:
         shown, pixel = self._image.latest, self._view.canvas.cursorPixel
         if shown is None or pixel is None or self._shown is None:
-            self._view.setCursorText("")
+            self._view.setCursorText(())
             return
         settings = self._image.settings
         texts = {other.label: beside_text(shown, other, pixel, settings) for other in shown.others}

@@ -19,6 +19,7 @@ from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.orientation import Orientation
+from grabbergui.models.image.pixel_text import TintedPart
 from grabbergui.models.image.quantities import ColourScale, PolarisedView
 from grabbergui.models.image.region_edit import RegionLimits
 from grabbergui.models.messages import Offer, UserMessage
@@ -159,7 +160,7 @@ class ReadoutImageView(DrawableView, LiveImageView, Protocol):
     def setBeside(self, images: Sequence[ShownImage]) -> None:
         """Show these components beside the image, or none."""
 
-    def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
+    def setCursorText(self, text: Sequence[TintedPart], beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
         """Describe the pixel under the cursor; `beside` has all components' values there by their labels."""
 
     def clear(self) -> None:

@@ -21,6 +21,7 @@ from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.image.components import ShownImage
 from grabbergui.models.image.orientation import Orientation
+from grabbergui.models.image.pixel_text import TintedPart
 from grabbergui.models.image.points import BACKGROUND
 from grabbergui.models.image.quantities import ColourScale
 from grabbergui.models.image.region_edit import RegionLimits
@@ -39,6 +40,7 @@ from grabbergui.ui.widgets.pane_area import PaneArea
 from grabbergui.ui.widgets.region_tool import RegionTool
 from grabbergui.ui.widgets.scale_bar import SCALE_MARGIN, ScaleBar, place_scale
 from grabbergui.ui.widgets.task_stack import TaskStack
+from grabbergui.ui.widgets.tinted import TintedLabel
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16
@@ -76,7 +78,7 @@ class ImageView(QWidget):
     pauseBar: PauseBar
     playbackBar: PlaybackBar
     readout: QFrame
-    cursorLabel: ShrinkingLabel
+    cursorLabel: TintedLabel
     hintLabel: ShrinkingLabel
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -203,11 +205,11 @@ class ImageView(QWidget):
         self.setBeside(())
         self.setScale(None)
         self.setAge(None)
-        self.setCursorText("")
+        self.setCursorText(())
 
-    def setCursorText(self, text: str, beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
+    def setCursorText(self, text: Sequence[TintedPart], beside: Mapping[str, str] = NOTHING_BESIDE) -> None:
         """Show a text about the pixel under the cursor, and the values of all components there."""
-        self.cursorLabel.setText(text)
+        self.cursorLabel.setParts(text)
         self._place_readout()
         if self.paneArea.panes:
             self.paneArea.setValueTexts(beside)

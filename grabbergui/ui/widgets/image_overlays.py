@@ -10,14 +10,17 @@ from PyQt5.QtCore import QLineF, QPointF, QRectF, Qt
 from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPainterPath, QPen
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
+from grabbergui.models.image.pixel_text import TintedPart, plain_text
+from grabbergui.ui.widgets.tinted import INK, PLATE, TINTS
+
+PixelTexts = dict[tuple[int, int], tuple[TintedPart, ...]]
+"The lines of text on pixels, by column and line of the image."
 LEGIBLE_ZOOM = 40.0
 "Screen pixels per pixel of the image from which its value has room."
 _LARGEST, _LEAST = 11, 6
 "Heights of text on a pixel, in screen pixels; smaller ones cannot be read."
 _GAP = 4
 "Screen pixels between the texts of two pixels."
-_BEHIND = QColor(0, 0, 0, 150)
-"Outline of the text: it must stand out from white pixels too."
 GRID_PARTS = 6
 "Fields of the grid along each side: thirds, and their halves."
 _SHADE = QColor(0, 0, 0, 120)
@@ -52,15 +55,15 @@ class PixelValues(ImageOverlay):
 
     def __init__(self) -> None:
         super().__init__(5)
-        self._texts: dict[tuple[int, int], str] = {}
+        self._texts: PixelTexts = {}
 
     @property
-    def texts(self) -> dict[tuple[int, int], str]:
-        """The texts shown, by column and line."""
+    def texts(self) -> PixelTexts:
+        """The texts shown."""
         return self._texts
 
-    def setTexts(self, texts: dict[tuple[int, int], str]) -> None:
-        """Replace the texts, by column and line."""
+    def setTexts(self, texts: PixelTexts) -> None:
+        """Replace the texts."""
         if texts or self._texts:
             self._texts = texts
             self.update()
@@ -78,18 +81,22 @@ class PixelValues(ImageOverlay):
         if font.pixelSize() < _LEAST:
             return
         painter.setFont(font)
-        painter.setPen(QColor(255, 255, 255))
-        for (x, y), text in self._texts.items():
+        for (x, y), lines in self._texts.items():
             pixel = to_screen.mapRect(QRectF(x, y, 1, 1))
+            text = plain_text(lines, "\n")
             place = painter.boundingRect(pixel, Qt.AlignmentFlag.AlignCenter, text)
-            painter.fillRect(place.adjusted(-3, -1, 3, 1), _BEHIND)
-            painter.drawText(pixel, Qt.AlignmentFlag.AlignCenter, text)
+            painter.fillRect(place.adjusted(-3, -1, 3, 1), PLATE)
+            row = QRectF(pixel.left(), place.top(), pixel.width(), place.height() / len(lines))
+            for line, channel in lines:
+                painter.setPen(TINTS.get(channel, INK))
+                painter.drawText(row, Qt.AlignmentFlag.AlignCenter, line)
+                row.translate(0, row.height())
 
     def _size(self, font: QFont, pixel: QRectF) -> int:
         """Return the height of text at which all of it fits into its pixel; 1 or more."""
         font.setPixelSize(_LARGEST)
-        metrics, texts = QFontMetrics(font), [text.split("\n") for text in self._texts.values()]
-        longest = max((line for lines in texts for line in lines), key=len)
+        metrics, texts = QFontMetrics(font), list(self._texts.values())
+        longest = max((line.text for lines in texts for line in lines), key=len)
         width = metrics.horizontalAdvance(longest) + 2 * _GAP
         height = metrics.height() * max(map(len, texts))
         return max(1, int(_LARGEST * min(1.0, pixel.width() / width, pixel.height() / height)))

@@ -402,7 +402,7 @@ def test_single_pixels_show_their_values_once_they_are_large_enough(app):
     canvas.zoomBy(1000)
     app.until(lambda: canvas.values.texts)
     frame = app.program.image.frame
-    assert all(text == str(frame.raw()[y, x]) for (x, y), text in canvas.values.texts.items())
+    assert all(line.text == str(frame.raw()[y, x]) for (x, y), (line,) in canvas.values.texts.items())
     canvas.fit()
     app.until(lambda: not canvas.values.texts)
 

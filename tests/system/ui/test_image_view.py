@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage, Region
 from grabbergui.models.image.live_image import PAINT_WAIT
+from grabbergui.models.image.pixel_text import TintedPart
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.image_view import ImageView
 from grabbergui.ui.widgets.drawing_tool import Purpose
@@ -146,7 +147,7 @@ def test_painted_is_emitted_once_for_each_image(view, qtbot):
 @pytest.mark.parametrize("width", [382, 638, 1000])
 def test_a_hint_says_how_to_cancel_however_narrow_the_window_is(view, qtbot, purpose, width):
     view.resize(width, 640)
-    view.setCursorText("x 1523  y 1044   R 254  G 254  B 253   " * 3)
+    view.setCursorText([TintedPart("x 1523  y 1044   R 254  G 254  B 253   " * 3)])
     view.draw(purpose)
     qtbot.waitUntil(lambda: view.readout.width() <= width and "Esc cancels." in view.hintLabel.shown)
     assert view.cursorLabel.isVisible() and view.paneArea.geometry().contains(view.readout.geometry())
@@ -186,7 +187,8 @@ def test_zoomed_in_only_the_visible_part_is_converted(app):
 @pytest.mark.parametrize("text", ["255", "1234.5\nmm", "0.000123457", "4095\n4095\n4095\n4095", "-1234.57"])
 def test_the_value_on_a_pixel_leaves_its_neighbours_theirs(qtbot, text, zoom):
     values = PixelValues()
-    values.setTexts({(x, y): text for x in range(3) for y in range(3)})
+    lines = tuple(map(TintedPart, text.split("\n")))
+    values.setTexts({(x, y): lines for x in range(3) for y in range(3)})
     image = QImage(3 * zoom, 3 * zoom, QImage.Format_RGB32)
     image.fill(Qt.white)
     painter = QPainter(image)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit, QToolButton
 
 from fakes import ScriptedGrabber
@@ -24,6 +25,7 @@ from grabbergui.ui.editors.feature_editor import ReadingLabel
 from grabbergui.ui.editors.number_editors import RangeEditor
 from grabbergui.ui.theme import DARK, LIGHT
 from grabbergui.ui.widgets.source_cards import SOURCE_ROLE
+from grabbergui.ui.widgets.tinted import INK, PLATE, TINTS
 from patience import PATIENCE, attempts
 
 
@@ -198,6 +200,12 @@ def test_text_contrasts_with_its_background(colours, ink, ground):
         (luminance(getattr(colours, ink)), luminance(getattr(colours, ground))), reverse=True
     )
     assert (bright + 0.05) / (dim + 0.05) >= 4.5, "WCAG 2.1, AA"
+
+
+@pytest.mark.parametrize("ink", [INK, *TINTS.values()], ids=["ink", *TINTS])
+def test_numbers_over_a_white_image_can_be_read(ink):
+    ground = QColor.fromRgb(*[255 - PLATE.alpha()] * 3)
+    assert (luminance(ink.name()) + 0.05) / (luminance(ground.name()) + 0.05) >= 4.5, "WCAG 2.1, AA"
 
 
 def test_the_look_can_be_changed_while_it_runs(app, qapp):
