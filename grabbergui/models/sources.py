@@ -18,7 +18,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.identity import DeviceInfo, differs
 from grabbergui.core.uri import DescriptionOption, SourceUri, proposals
 from grabbergui.models.image.live_image import ImageModel
-from grabbergui.models.language import translate
+from grabbergui.models.language import driver_text, translate
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.open_sources import OpenSources
 
@@ -48,6 +48,11 @@ class ListedSource:
     "Whether it is open but does not answer."
     problem: str = ""
     "Why the last attempt to open it failed, as display text; empty if it did not."
+
+    @property
+    def note(self) -> str:
+        """What the driver notes about it, such as the program that uses it, as display text."""
+        return driver_text(self.info.note)
 
     @property
     def detail(self) -> str:

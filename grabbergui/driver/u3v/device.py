@@ -100,7 +100,14 @@ class U3vDevice(Device):
         self.lost = ""
         handle = UsbHandle(camera.backend, camera.device_id, camera.info.title)
         try:
-            handle.claim(camera.control.number)
+            try:
+                handle.claim(camera.control.number)
+            except AccessDeniedError as error:
+                if user := camera.user():
+                    raise AccessDeniedError(
+                        f"{camera.info.title} is in use by {user}; close it there"
+                    ) from error
+                raise
             registers = RegisterAccess(handle, camera.control)
             # A host that crashed may have left either endpoint halted.
             registers.clear_halts()
@@ -330,8 +337,16 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Return every camera on the USB buses, with the names read from it; none without libusb."""
+    """Return every camera on the USB buses, with the names read from it; none without libusb.
+
+    The note of one that another program uses names that program.
+    """
     try:
-        return [camera.info for camera in find_cameras()]
+        cameras = find_cameras()
     except SourceUnavailableError:
         return []
+    users = [camera.user() for camera in cameras]
+    return [
+        replace(camera.info, note=f"in use by {user}") if user else camera.info
+        for camera, user in zip(cameras, users, strict=True)
+    ]

@@ -20,7 +20,7 @@ from grabbergui.core.device_text import text_field
 from grabbergui.core.errors import GrabberError, SourceNotFoundError, SourceUnavailableError
 from grabbergui.core.identity import DeviceInfo, choose, describe, distinct_names
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.u3v import bootstrap
+from grabbergui.driver.u3v import bootstrap, users
 from grabbergui.driver.u3v.bootstrap import DeviceInfoDescriptor
 from grabbergui.driver.u3v.usb import BulkInterface, translated
 
@@ -100,6 +100,10 @@ class UsbCamera:
     def names(self) -> tuple[str, ...]:
         """Serial number, GUID, bus address and user name; some may be empty."""
         return (self.info.serial, self.guid, self.info.address, self.info.user_name)
+
+    def user(self) -> str:
+        """Return the other program that uses it, as far as this computer knows; empty if none does."""
+        return users.user_of(self.info.address, self.bus, self.address)
 
     def answers_to(self, name: str) -> bool:
         """Return whether `name` is one of its names."""

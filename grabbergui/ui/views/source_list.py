@@ -124,7 +124,7 @@ class SourceListView(QWidget):
             item.setData(CURRENT_ROLE, source.info.uri == self._current)
             item.setData(
                 Qt.ItemDataRole.AccessibleTextRole,
-                " ".join((source.info.title, source.info.uri, source.info.note, source.detail)).strip(),
+                " ".join((source.info.title, source.info.uri, source.note, source.detail)).strip(),
             )
             set_tooltip(item, self._tooltip(source))
             if source.info.uri == current:
@@ -332,7 +332,7 @@ class SourceListView(QWidget):
             self.tr("address"): info.address,
             self.tr("version"): info.version,
             self.tr("seen on"): info.interface,
-            self.tr("note"): info.note,
+            self.tr("note"): source.note,
             self.tr("did not open"): source.problem,
         }
         return "\n".join(f"{name}: {value}" for name, value in rows.items() if value)

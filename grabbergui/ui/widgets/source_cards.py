@@ -43,8 +43,8 @@ class SourceDelegate(QStyledItemDelegate):
         width = (viewport.width() if viewport is not None else 200) - _SIDES
         height = len(name_lines(source.info.short_title, title, width)) * QFontMetrics(title).height()
         height += QFontMetrics(small).height() + LINE_GAP
-        if source.info.note:
-            height += _wrapped(QFontMetrics(small), source.info.note, width) + LINE_GAP
+        if source.note:
+            height += _wrapped(QFontMetrics(small), source.note, width) + LINE_GAP
         return QSize(120, height + 2 * PADDING)
 
     def paint(self, painter: QPainter | None, option: QStyleOptionViewItem, index: QModelIndex) -> None:
@@ -58,7 +58,7 @@ class SourceDelegate(QStyledItemDelegate):
         card = option.rect.adjusted(1, 2, -1, -2)
         self._paint_back(painter, option, card, bool(index.data(CURRENT_ROLE)))
         title, small = _fonts(option.font)
-        hindered = bool(source.info.note)
+        hindered = bool(source.note)
         ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
         line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
         for part in name_lines(source.info.short_title, title, line.width()):
@@ -69,7 +69,7 @@ class SourceDelegate(QStyledItemDelegate):
         if hindered:
             line.setBottom(card.bottom())
             painter.setPen(palette.color(QPalette.Active, QPalette.Text))
-            painter.drawText(line, Qt.TextFlag.TextWordWrap, source.info.note)
+            painter.drawText(line, Qt.TextFlag.TextWordWrap, source.note)
         painter.restore()
 
     def _paint_back(
