@@ -16,6 +16,7 @@ from grabbergui.net.numbered_features import (
     entry_at,
     number_of,
 )
+from grabbergui.net.ros2.callers import create_service
 from grabbergui.net.ros2.requirements import require_interfaces
 from grabbergui.net.ros2.runtime import sendable
 from grabbergui.net.tree import Terminal, TreeService, dumps, no_terminal
@@ -43,8 +44,8 @@ class GrabberServices:
             ("get_feature_range", srv.GetFeatureRange, self._range),
             ("set_mode", srv.SetMode, self._set_mode),
         ):
-            node.create_service(kind, f"~/{service}", _as_callback(action))
-        node.create_service(srv.Ask, "~/ask", self._ask)
+            create_service(node, kind, f"~/{service}", _as_callback(action))
+        create_service(node, srv.Ask, "~/ask", self._ask)
 
     def close(self) -> None:
         """Release the grabber."""

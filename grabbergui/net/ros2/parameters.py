@@ -6,12 +6,14 @@ import copy
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from typing import Any
 
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature, Visibility
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import as_editable
+from grabbergui.net.ros2.callers import create_service
 from grabbergui.net.ros2.parameter_events import ParameterEvents
 from grabbergui.net.ros2.parameter_values import (
     _TYPES,
@@ -26,6 +28,8 @@ from grabbergui.net.ros2.runtime import sendable
 log = logging.getLogger(__name__)
 
 
+_WRITING = ("set_parameters", "set_parameters_atomically")
+"Services whose callers are authors of changes."
 _QOS_OVERRIDES = "qos_overrides."
 _NULL = "null"
 """The value in a parameter file for a parameter that was not set when the file was dumped."""
@@ -55,7 +59,8 @@ class FeatureParameters:
             ("set_parameters", srv.SetParameters, self._set),
             ("set_parameters_atomically", srv.SetParametersAtomically, self._set_together),
         ):
-            node.create_service(kind, f"~/{service}", action, qos_profile=qos_profile_parameters)
+            create = partial(create_service, node) if service in _WRITING else node.create_service
+            create(kind, f"~/{service}", action, qos_profile=qos_profile_parameters)
 
     def start(self) -> None:
         """Write what a parameter file gave, and follow the camera."""

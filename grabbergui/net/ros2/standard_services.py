@@ -16,6 +16,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.settings import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.net.numbered_features import FeatureModes
+from grabbergui.net.ros2.callers import create_service
 from grabbergui.net.ros2.runtime import sendable
 
 _TRIGGER = "TriggerSoftware"
@@ -38,7 +39,7 @@ class StandardServices:
         self._grabber = grabber
         self._modes = FeatureModes(grabber)
         for name, action in self._actions():
-            node.create_service(Trigger, f"~/{name}", partial(self._answer, action))
+            create_service(node, Trigger, f"~/{name}", partial(self._answer, action))
 
     def _actions(self) -> Iterator[tuple[str, Callable[[], None]]]:
         grabber = self._grabber

@@ -18,6 +18,8 @@ from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import UsageError  # noqa: E402
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Visibility  # noqa: E402
+from grabbergui.core.requester import requester  # noqa: E402
+from grabbergui.models.peer_grabber import PeerGrabber  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 from ros2_peers import ParameterProbe, until  # noqa: E402
@@ -73,6 +75,24 @@ def test_features_are_parameters_of_their_type(parameters, camera):
     assert (reverse.type, reverse.bool_value) == (ParameterType.PARAMETER_BOOL, False)
     assert latch.type == ParameterType.PARAMETER_BOOL
     assert parameters.types("Gain", "Width", "GainAuto", "use_sim_time") == [3, 2, 4, 1]
+
+
+def test_the_author_of_a_change_is_the_node_that_made_it(camera, domain):
+    peers, authors = PeerGrabber(camera), []
+    peers.written.connect(lambda result: authors.append(requester()))
+    with (
+        closing(peers),
+        Ros2GrabberServer(peers, "/authored"),
+        closing(ParameterProbe("/authored")) as probe,
+    ):
+
+        def named():
+            """Discovery may list a client's node a moment after the client works."""
+            assert probe.set(Gain=1.0)[0].successful and probe.set(Gain=0.0)[0].successful
+            return authors[-1].startswith("/")
+
+        until(named)
+        assert authors[-1] == probe.node.get_fully_qualified_name()
 
 
 def test_an_unknown_name_empties_the_answer_as_in_rclpy(parameters):

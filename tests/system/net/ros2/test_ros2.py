@@ -1,6 +1,9 @@
 """With real rclpy: our server seen by an independent node, our client, and somebody else's driver."""
 
+import ast
 import queue
+import subprocess
+import sys
 import threading
 import time
 from types import SimpleNamespace
@@ -451,3 +454,25 @@ def test_components_are_topics_with_ranges_in_metres_and_points_on_request(serve
     scale = points["x"] / points["z"] * 2000  # columns from the principal point, by the focal length
     assert np.abs(scale - np.rint(scale)).max() < 1e-2
     assert np.ptp(scale) == pytest.approx(319, abs=1)
+
+
+def test_what_is_prepared_is_not_loaded_at_the_click(camera, domain):
+    """The modules of a node took half of the time until its first image."""
+    code = (
+        "import sys\n"
+        "from grabbergui.net.ros2.preparation import prepare\n"
+        "prepare()\n"
+        "from grabbergui import sources\n"
+        "from grabbergui.net.ros2.server import Ros2GrabberServer\n"
+        "camera = sources.create('sim:?width=64&height=48')\n"
+        "camera.open()\n"
+        "before = set(sys.modules)\n"
+        "with Ros2GrabberServer(camera, '/prepared'):\n"
+        "    late = {name.partition('.')[0] for name in set(sys.modules) - before}\n"
+        "camera.close()\n"
+        "print(sorted(late))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    late = set(ast.literal_eval(done.stdout.splitlines()[-1]))
+    # rclpy imports the last only as it makes a node.
+    assert late <= {"grabbergui", "type_description_interfaces"}
