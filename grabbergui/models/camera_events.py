@@ -118,7 +118,7 @@ class CameraEvents:
         )
 
     def _on_event(self, event: DeviceEvent) -> None:
-        prefix = f"Event{event.name}"
+        prefix = f"Event{event.name.rpartition('.')[2]}"  # those of a rig begin with the camera's name
         values = ", ".join(
             f"{name.removeprefix(prefix) or name} {format_value(value)}"
             for name, value in event.values.items()

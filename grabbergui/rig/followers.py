@@ -51,7 +51,7 @@ class Followers:
 
     def __init__(self, entry: FollowEntry, cameras: Mapping[str, FrameGrabber]) -> None:
         self.leader = entry.leader
-        "The name of the camera that the others follow; may be changed while they do."
+        "The name of the camera that the others follow, or empty; may be changed while they do."
         self._entry = entry
         self._cameras = dict(cameras)
         self._problems: dict[str, str] = {}
@@ -59,7 +59,8 @@ class Followers:
     def follow(self) -> list[str]:
         """Bring every follower to the leader's values; return what was written, as `right: Gain=3`."""
         written: list[str] = []
-        leader = self._cameras[self.leader]
+        if (leader := self._cameras.get(self.leader)) is None:
+            return written
         for name in self._entry.features:
             try:
                 keys = instances_of(leader, name) if leader.has_feature(name) else []

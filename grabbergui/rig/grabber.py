@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 
 from typing_extensions import override
@@ -16,7 +16,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import StreamStatistics
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.settings import SettingKey
 from grabbergui.rig import camera_features
@@ -70,7 +70,7 @@ class RigGrabber(FrameGrabber):
         self._clocks: dict[str, CameraClock] = {}
         self._watch: ClockWatch | None = None
         self._trigger: RigTrigger | None = None
-        self._followers: Followers | None = None
+        self._followers = Followers(entry.follow, self.cameras)
         self._sets: SetStream | None = None
         self._counts = SetCounts()
         self._settings = UndoableSettings()
@@ -108,6 +108,7 @@ class RigGrabber(FrameGrabber):
             camera.features_changed.connect(partial(self._on_features_changed, name))
             camera.connection_changed.connect(partial(self._on_connection_changed, name))
             camera.noticed.connect(partial(self._on_noticed, name))
+            camera.event_received.connect(partial(self._on_event, name))
 
     @override
     def close(self) -> None:
@@ -272,14 +273,12 @@ class RigGrabber(FrameGrabber):
     def _read_clocks(self) -> dict[str, CameraClock]:
         clocks = self._clocks_of_cameras()
         if self._watch is None:
-            follow = self.entry.follow
-            self._followers = Followers(follow, self.cameras) if follow.leader else None
             self._watch = ClockWatch(clocks, self._on_clocks_read)
             self._watch.start()
         return clocks
 
     def _on_clocks_read(self) -> None:
-        if self._followers is not None and self._access is Access.CONTROL:
+        if self._access is Access.CONTROL:
             self._followers.follow()
         self.features_changed.emit(frozenset(OWN))
 
@@ -390,12 +389,18 @@ class RigGrabber(FrameGrabber):
         if self._trigger is not None and self._sets is not None:
             self._trigger.repeat(period)
 
+    @property
+    def leader(self) -> str:
+        """The camera that the others follow now; empty if each has its own settings."""
+        return self._followers.leader
+
     def lead(self, camera: str) -> None:
-        """Let the others follow this camera from now on. Raises UsageError for an unknown one."""
-        if camera not in self.cameras:
+        """Let the others follow this camera from now on; empty: none. Raises UsageError for an unknown one.
+
+        The rig's file, which may name another one, stays as it is.
+        """
+        if camera and camera not in self.cameras:
             raise UsageError(f"there is no camera {camera}; there are {', '.join(self.cameras)}")
-        if self._followers is None:
-            raise UsageError("the rig has no followers; write `follow: {leader: NAME}` into its file")
         self._followers.leader = camera
 
     def _deliver(self, images: FrameSet[Frame]) -> None:
@@ -425,6 +430,10 @@ class RigGrabber(FrameGrabber):
 
     def _on_features_changed(self, camera: str, names: frozenset[str]) -> None:
         self.features_changed.emit(frozenset(camera_features.prefixed(camera, name) for name in names))
+
+    def _on_event(self, camera: str, event: DeviceEvent) -> None:
+        """Pass on a camera's event under the rig's names: `left.ExposureEnd`."""
+        self.event_received.emit(replace(event, name=camera_features.prefixed(camera, event.name)))
 
     def _on_noticed(self, camera: str, sentence: str) -> None:
         self.noticed.emit(f"{camera}: {sentence}")

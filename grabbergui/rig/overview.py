@@ -38,6 +38,8 @@ class RigOverview:
     skews_us: tuple[float, ...]
     "Skews of the recent complete sets in microseconds, oldest first."
     cameras: tuple[CameraLine, ...]
+    leader: str = ""
+    "The camera that the others follow; empty if each has its own settings."
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def overview(rig: RigGrabber) -> RigOverview:
         for name, camera in rig.cameras.items()
     )
     skews = tuple(skew / 1000 for skew in rig.recent_skews_ns()[-SKEWS:])
-    return RigOverview(counts, skews, cameras)
+    return RigOverview(counts, skews, cameras, rig.leader)
 
 
 def budget(rig: RigGrabber) -> BudgetOverview:

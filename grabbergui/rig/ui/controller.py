@@ -11,6 +11,7 @@ from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import SourceUri
+from grabbergui.models.camera_events import CameraEvents
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.sources import SourceListModel
@@ -27,6 +28,8 @@ from grabbergui.ui.gui_thread import Bridge
 
 PERIOD_MS = 300
 "Milliseconds between two looks at the rig."
+MOST_EVENTS = 50
+"Newest events of the cameras in the list."
 CAMERAS = ("gige:", "u3v:", "sim:", "v4l2:", "gentl:", "aravis:")
 "Sources that a rig may have."
 
@@ -117,6 +120,10 @@ class RigController(QObject):
             action,
         )
         ability.ended.connect(self._close)
+        self._events = CameraEvents()
+        self._bridge.bind(context.open_sources.opened, self._on_source_opened)
+        # Not over the bridge: the grabber is about to be closed.
+        context.open_sources.closing.connect(self._on_source_closing, check_nargs=False)
         self._timer = QTimer(self)
         self._timer.setInterval(PERIOD_MS)
         self._timer.timeout.connect(self._look)
@@ -133,6 +140,7 @@ class RigController(QObject):
         self._source = source
         self.dialog = dialog = RigDialog(self._window)
         dialog.setTitle(source.title)
+        dialog.leaderChosen.connect(self._lead)
         dialog.planRequested.connect(self._plan)
         dialog.applyRequested.connect(self._apply)
         dialog.removeRequested.connect(self._remove)
@@ -145,6 +153,17 @@ class RigController(QObject):
     def _look(self) -> None:
         if (source := self._source) is not None and isinstance(rig := source.grabber, RigGrabber):
             source.worker.submit(lambda: overview(rig), key="rig", done=partial(self._answer, self._on_seen))
+
+        if self.dialog is not None:
+            self.dialog.setEvents([event.row for event in self._events.events[: -MOST_EVENTS - 1 : -1]])
+
+    def _lead(self, camera: str) -> None:
+        if (source := self._source) is not None and isinstance(rig := source.grabber, RigGrabber):
+            source.worker.submit(
+                lambda: rig.lead(camera),
+                done=lambda _: self._bridge.call(self._look),
+                failed=partial(self._answer, self._on_failed),
+            )
 
     def _plan(self) -> None:
         if (source := self._source) is not None and isinstance(rig := source.grabber, RigGrabber):
@@ -183,6 +202,13 @@ class RigController(QObject):
                 done=lambda _: self._answer(self._on_done, text),
                 failed=partial(self._answer, self._on_failed),
             )
+
+    def _on_source_opened(self, source: OpenSource) -> None:
+        if source is self._open_sources.current and isinstance(source.grabber, RigGrabber):
+            self._events.attach(source)
+
+    def _on_source_closing(self, _: OpenSource) -> None:
+        self._events.detach()
 
     def _answer(self, show: Callable[..., None], result: object) -> None:
         """Pass a result on to the GUI thread."""

@@ -14,7 +14,8 @@ from grabbergui.rig.overview import BudgetOverview, RigOverview
 from grabbergui.rig.ui.clock_text import clock_text
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
-from grabbergui.ui.widgets.labels import ElidedLabel, restyle
+from grabbergui.ui.widgets.columns import size_columns
+from grabbergui.ui.widgets.labels import ElidedComboBox, ElidedLabel, restyle
 from grabbergui.ui.widgets.plots import ChannelPlot, PlotPlace
 from grabbergui.ui.widgets.table_rows import fill_rows
 
@@ -24,6 +25,8 @@ FORM = Path(__file__).with_name("forms") / "rig_dialog.ui"
 class RigDialog(QDialog):
     """Setters for what is known of the rig; signals for its budget."""
 
+    leaderChosen = pyqtSignal(str)
+    """The name of the camera that the others follow; empty for none."""
     planRequested = pyqtSignal()
     applyRequested = pyqtSignal()
     removeRequested = pyqtSignal()
@@ -32,6 +35,8 @@ class RigDialog(QDialog):
     skewLabel: ElidedLabel
     skewPlace: PlotPlace
     cameraTable: QTreeWidget
+    leaderBox: ElidedComboBox
+    eventTable: QTreeWidget
     planButton: QPushButton
     applyButton: QPushButton
     removeButton: QPushButton
@@ -43,6 +48,8 @@ class RigDialog(QDialog):
         super().__init__(parent)
         load_form(FORM, self)
         self.skewPlace.furnish = self._furnish
+        size_columns(self.eventTable, ("00:00:00.000", "right.FrameTriggerMissed "))
+        self.leaderBox.activated[int].connect(self._on_leader_activated)
         self.planButton.clicked.connect(self.planRequested)
         self.applyButton.clicked.connect(self.applyRequested)
         self.removeButton.clicked.connect(self.removeRequested)
@@ -68,6 +75,23 @@ class RigDialog(QDialog):
             (each.name, str(each.frames), str(each.missing), clock_text(each.clock)) for each in seen.cameras
         ]
         _fill_and_size(self.cameraTable, rows)
+        self._show_leader([each.name for each in seen.cameras], seen.leader)
+
+    def setEvents(self, rows: Sequence[Sequence[str]]) -> None:
+        """Show events of the cameras: time, name, values."""
+        fill_rows(self.eventTable, rows)
+
+    def _show_leader(self, cameras: Sequence[str], leader: str) -> None:
+        if self.leaderBox.count() != len(cameras) + 1:
+            self.leaderBox.clear()
+            self.leaderBox.addItem(self.tr("none: each has its own settings"), "")
+            for name in cameras:
+                self.leaderBox.addItem(name, name)
+        if (popup := self.leaderBox.view()) is None or not popup.isVisible():
+            self.leaderBox.setCurrentIndex(max(0, self.leaderBox.findData(leader)))
+
+    def _on_leader_activated(self, index: int) -> None:
+        self.leaderChosen.emit(self.leaderBox.itemData(index))
 
     def setBudget(self, planned: BudgetOverview) -> None:
         """Show the budget of the link."""

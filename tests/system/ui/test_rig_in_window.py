@@ -2,6 +2,7 @@
 
 from PyQt5.QtCore import Qt
 
+from grabbergui.core.grabber import DeviceEvent
 from grabbergui.models.open_source import LinkState
 from grabbergui.rig import rig_file
 from grabbergui.rig.overview import BudgetOverview
@@ -46,6 +47,18 @@ def test_a_new_rig_of_the_open_cameras_is_one_source_with_its_state(make_app, tm
     assert [seen.cameraTable.topLevelItem(row).text(0) for row in (0, 1)] == ["left", "right"]
     app.until(lambda: "no link" in seen.outcomeLabel.text())
     assert not seen.applyButton.isVisible()
+    assert seen.leaderBox.count() == 3 and seen.leaderBox.currentIndex() == 0
+    seen.leaderBox.setCurrentIndex(2)
+    seen.leaderBox.activated[int].emit(2)
+    app.grabber.cameras["right"].write_feature("Gain", 3)
+    app.until(lambda: app.grabber.leader == "right")
+    app.until(lambda: app.grabber.cameras["left"].feature("Gain").value == 3)
+    app.until(lambda: seen.leaderBox.currentText() == "right")
+    event = DeviceEvent("FrameTriggerMissed", 9, {"EventFrameTriggerMissedFrameID": 4})
+    app.grabber.cameras["left"].event_received.emit(event)
+    app.until(lambda: seen.eventTable.topLevelItemCount() == 1)
+    assert seen.eventTable.topLevelItem(0).text(1) == "left.FrameTriggerMissed"
+    assert seen.eventTable.topLevelItem(0).text(2) == "FrameID 4"
     bar = window.image.triggerBar
     app.until(lambda: bar.isVisible() and bar.repeatBox.isChecked() and bar.sendButton.isVisible())
     app.qtbot.mouseClick(bar.repeatBox, Qt.LeftButton, pos=bar.repeatBox.rect().center())

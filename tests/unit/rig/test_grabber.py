@@ -5,6 +5,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, UsageError
 from grabbergui.core.features import FeatureKind
+from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.settings import SettingKey
 from grabbergui.rig import rig_file, source
 from grabbergui.rig.rig_file import CameraEntry, FollowEntry, RigEntry, TriggerEntry
@@ -119,6 +120,25 @@ def test_the_others_follow_the_leader_within_their_limits(opened):
     until(lambda: value("left", "Gain") == value("right", "Gain") == 2)
     with pytest.raises(UsageError, match="no camera middle"):
         rig.lead("middle")
+    assert rig.leader == "top"
+
+
+def test_followers_are_chosen_while_live_in_a_rig_whose_file_names_none(opened):
+    rig = opened(entry("left", "right"))
+    rig.start()
+    assert rig.leader == ""
+    rig.lead("right")
+    rig.cameras["right"].write_feature("Gain", 3)
+    until(lambda: rig.cameras["left"].feature("Gain").value == 3)
+    rig.lead("")
+    assert rig.leader == ""
+
+
+def test_events_of_the_cameras_have_their_names(opened):
+    rig, seen = opened(entry("left", "right")), []
+    rig.event_received.connect(seen.append)
+    rig.cameras["right"].event_received.emit(DeviceEvent("ExposureEnd", 7, {"EventExposureEndFrameID": 5}))
+    assert seen == [DeviceEvent("right.ExposureEnd", 7, {"EventExposureEndFrameID": 5})]
 
 
 def test_a_rig_is_a_source_like_any_other(tmp_path):
