@@ -89,6 +89,14 @@ def has_files(grabber: FeatureSource) -> bool:
     return grabber.has_feature(_SELECTOR) and grabber.has_feature("FileOperationExecute")
 
 
+def transfers_files(grabber: FrameGrabber) -> bool:
+    """Return whether files of this source can be read and written; those of remote ones are only listed."""
+    try:
+        return grabber.access is Access.CONTROL and grabber.register_length(_BUFFER) > 0
+    except GrabberError:
+        return False
+
+
 def list_files(grabber: FeatureSource) -> list[CameraFile]:
     """Return the files of a camera, in the order of FileSelector.
 

@@ -38,6 +38,14 @@ class Unavailable(Enum):
         "Unavailable", "The source keeps no user sets: save its settings in a file."
     )
     TABLE = QT_TRANSLATE_NOOP("Unavailable", "The source has no look-up table that can be read.")
+    CAMERA_FILES = QT_TRANSLATE_NOOP("Unavailable", "The source has no files.")
+    CAMERA_FILE = QT_TRANSLATE_NOOP("Unavailable", "Choose a file in the list.")
+    FILE_TRANSFER = QT_TRANSLATE_NOOP(
+        "Unavailable", "Files are transferred only by a computer that has the camera itself."
+    )
+    FILE_READING = QT_TRANSLATE_NOOP("Unavailable", "The camera does not let this file be read.")
+    FILE_WRITING = QT_TRANSLATE_NOOP("Unavailable", "The camera does not let this file be written.")
+    FIRMWARE = QT_TRANSLATE_NOOP("Unavailable", "Firmware is never deleted.")
     CALIBRATION = QT_TRANSLATE_NOOP(
         "Unavailable", "The source has no calibration: load one, or calibrate the camera."
     )

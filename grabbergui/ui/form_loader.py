@@ -10,10 +10,12 @@ from types import CodeType
 from typing import Any
 
 from PyQt5.QtWidgets import (
+    QDialog,
     QLabel,
     QWidget,
 )
 
+from grabbergui.ui.dialog_style import dress_dialog
 from grabbergui.ui.shown_text import make_plain
 from grabbergui.ui.theme import apply_icons
 
@@ -34,6 +36,8 @@ def load_form(form: str | Path, into: QWidget) -> None:
     for child, widget in vars(built).items():
         setattr(into, child, widget)
     apply_icons(into)
+    if isinstance(into, QDialog):
+        dress_dialog(into)
 
 
 def compile_forms() -> None:

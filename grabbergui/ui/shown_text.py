@@ -25,7 +25,10 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.models.markup import Markup, joined, markup
+from grabbergui.ui.theme import icon_pixmap
 
+QUESTION_SIZE = 32
+"Logical pixels of the icon beside a question."
 MOST_TIP = 4000
 "Characters of a tooltip; it would otherwise take seconds to lay out and cover the screen."
 
@@ -115,7 +118,7 @@ def set_rich(label: QLabel, text: Markup) -> None:
 def question_box(parent: QWidget, text: str, detail: str) -> QMessageBox:
     """Return a box that asks, still without buttons; `detail` is below the question in smaller letters."""
     box = QMessageBox(parent)
-    box.setIcon(QMessageBox.Icon.Question)
+    box.setIconPixmap(icon_pixmap("question", box, QUESTION_SIZE))
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(text)
     box.setInformativeText(plain(detail))  # this label guesses whatever the box's format is

@@ -1,6 +1,7 @@
 """Every dialog of the window, filled with long texts."""
 
 from grabbergui.core.environment import MANUAL
+from grabbergui.core.file_access import CameraFile
 from grabbergui.core.settings import SettingKey
 from grabbergui.doctor.findings import Finding, Level
 from grabbergui.models.settings.feature_set import Difference, FeatureSet
@@ -14,6 +15,7 @@ from grabbergui.rig.ui.new_rig_dialog import NewRigDialog
 from grabbergui.rig.ui.rig_dialog import RigDialog
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.camera_events_dialog import CameraEventsDialog
+from grabbergui.ui.views.camera_files_dialog import CameraFilesDialog
 from grabbergui.ui.views.doctor_dialog import DoctorDialog
 from grabbergui.ui.views.frame_data_dialog import FrameDataDialog
 from grabbergui.ui.views.help_views import ManualDialog, ShortcutsDialog
@@ -38,6 +40,14 @@ def events(window):
     dialog = CameraEventsDialog(window)
     dialog.setSwitches({LONG: True})
     dialog.setRows([(LONG, LONG, LONG)])
+    return dialog
+
+
+def camera_files(window):
+    dialog = CameraFilesDialog(window)
+    dialog.setFiles([CameraFile(LONG, 5, ("Read",), {LONG: LONG})], reachable=True)
+    dialog.setOutcome(LONG, good=False)
+    dialog.setBusy(True)
     return dialog
 
 
@@ -110,6 +120,7 @@ MADE = {
     CalibrationDialog: CalibrationDialog,
     DoctorDialog: doctor,
     CameraEventsDialog: events,
+    CameraFilesDialog: camera_files,
     NewRigDialog: new_rig,
     RigDialog: rig,
     FrameDataDialog: frame_data,

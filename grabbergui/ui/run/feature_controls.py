@@ -5,6 +5,7 @@ from __future__ import annotations
 from grabbergui.models.camera_events import CameraEvents
 from grabbergui.models.open_source import OpenSource
 from grabbergui.ui.controllers.camera_events import CameraEventsController
+from grabbergui.ui.controllers.camera_files import CameraFilesController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.features import FavouritesController, FeatureController, FeatureMenuController
@@ -25,6 +26,7 @@ class FeatureControls:
         self.work = CameraWork(window.image.tasks, context)
         self.settings_files = SettingsFilesController(context, self.work)
         self.user_sets = UserSetsController(window.actionUserSets, context, self.work)
+        self.camera_files = CameraFilesController(window.actionCameraFiles, context, self.work)
         self.lut = LutController(window.actionLookUpTable, context, self.work)
         undo = UndoActions(window.actionUndo, window.actionRedo)
         self.changes = ChangesController(undo, window.changes, rows, context)

@@ -16,6 +16,7 @@ from PyQt5.QtWidgets import (
     QApplication,
     QComboBox,
     QDialog,
+    QHBoxLayout,
     QLabel,
     QLayout,
     QMenu,
@@ -33,6 +34,7 @@ from grabbergui.models.log_book import MOST_LOG_LINES, LogLine
 from grabbergui.models.markup import Markup, joined, markup
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.dialog_style import dress_dialog
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.shown_text import set_rich
@@ -91,7 +93,15 @@ class ManualDialog(QDialog):
         )
         layout = QVBoxLayout(self)
         layout.addWidget(self.text)
-        layout.addWidget(back, 0, Qt.AlignmentFlag.AlignLeft)
+        close = QPushButton(self.tr("Close"), self)
+        close.setDefault(True)
+        close.clicked.connect(self.reject)
+        buttons = QHBoxLayout()
+        buttons.addWidget(back)
+        buttons.addStretch(1)
+        buttons.addWidget(close)
+        layout.addLayout(buttons)
+        dress_dialog(self)
         self.resize(SIZE)
         fit_screen(self)
 

@@ -26,6 +26,7 @@ from grabbergui.models.image.points import BACKGROUND
 from grabbergui.models.image.quantities import ColourScale
 from grabbergui.models.image.region_edit import RegionLimits
 from grabbergui.models.messages import Offer
+from grabbergui.ui.dialog_style import dress_dialog
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 from grabbergui.ui.views.bases import NOTHING_BESIDE
@@ -401,6 +402,7 @@ class PointCloudDialog(QDialog):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.view)
+        dress_dialog(self)
 
     def hideEvent(self, event: QHideEvent | None) -> None:
         """Emit `hidden`."""

@@ -24,6 +24,7 @@ from grabbergui.core.lookup_table import LEAST_GAMMA, MOST_GAMMA
 from grabbergui.models.markup import markup
 from grabbergui.models.unavailable import Unavailable
 from grabbergui.ui.actions import set_available
+from grabbergui.ui.dialog_style import dress_dialog
 from grabbergui.ui.shown_text import PlainLabel, question_box, set_rich, set_tooltip
 from grabbergui.ui.widgets.plots import ChannelPlot
 
@@ -147,6 +148,7 @@ class LutDialog(QDialog):
             line(gamma_label, self.gammaBox, self.linearButton, None, self.loadButton, self.saveButton)
         )
         column.addLayout(line(self.undoButton, None, self.writeButton, self.closeButton))
+        dress_dialog(self, self.writeButton)
 
     def _join(self) -> None:
         for button in self.findChildren(QPushButton):

@@ -135,6 +135,7 @@ class MainWindow(QMainWindow):
     actionCompareSettings: QAction
     actionCompareFiles: QAction
     actionUserSets: QAction
+    actionCameraFiles: QAction
     actionQuit: QAction
     actionPause: QAction
     actionStepBack: QAction

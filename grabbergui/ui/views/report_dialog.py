@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from PyQt5.QtCore import QSize, pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QDialog, QDialogButtonBox, QPlainTextEdit, QVBoxLayout, QWidget
 
+from grabbergui.ui.dialog_style import dress_dialog
 from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.shown_text import PlainLabel, set_tooltip
 
@@ -41,6 +42,7 @@ class ReportDialog(QDialog):
         layout = QVBoxLayout(self)
         for widget in (self.stateLabel, self.text, self.namesBox, self.pixelsBox, self.buttons):
             layout.addWidget(widget)
+        dress_dialog(self, self.saveButton)
         self._set_ready(ready=False)
         self.resize(SIZE)
         fit_screen(self)

@@ -4,13 +4,15 @@ import importlib
 import pkgutil
 
 import pytest
-from PyQt5.QtWidgets import QDialog
+from PyQt5.QtCore import QPoint
+from PyQt5.QtWidgets import QDialog, QPushButton
 
 import grabbergui.rig.ui
 import grabbergui.ui.views
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings.feature_set import FeatureSet
 from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
+from grabbergui.ui.dialog_style import MARGIN, SPACING
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.settings_dialogs import SettingsReport
@@ -45,6 +47,26 @@ def test_no_dialog_is_missing_here():
 @pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
 def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, monkeypatch, kind):
     check_fits(kind, lambda: MADE[kind](window), monkeypatch)
+
+
+@pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
+def test_all_dialogs_have_one_style(window, kind):
+    """The same margins; at most one button that acts; *Close*, or a wizard's *Next*, is the last one."""
+    dialog = MADE[kind](window)
+    layout = dialog.layout()
+    margins = layout.contentsMargins()
+    edges = {margins.left(), margins.top(), margins.right(), margins.bottom()}
+    assert edges in ({MARGIN}, {0}) and layout.spacing() == SPACING
+    dialog.show()
+    dialog.layout().activate()
+    buttons = [each for each in dialog.findChildren(QPushButton) if each.isVisible()]
+    assert sum(each.property("primary") is True for each in buttons) <= 1
+    if not buttons:
+        return  # the point cloud's window, which has nothing but the cloud
+    lowest = max(each.mapTo(dialog, QPoint(0, 0)).y() for each in buttons)
+    row = [each for each in buttons if each.mapTo(dialog, QPoint(0, 0)).y() >= lowest - 4]
+    last = max(row, key=lambda each: each.mapTo(dialog, QPoint(0, 0)).x())
+    assert last.text().replace("&", "") in ("Close", "Cancel", "Take views")
 
 
 def test_a_report_counts_invalid_lines(qtbot):
