@@ -76,6 +76,8 @@ class Observation:
     outside: float = 0.0
     "Metres by which the hand is outside the workspace."
     limits: SpeedLimits = SpeedLimits()
+    stopped: bool = False
+    "Whether a motion was stopped since the observation before."
 
     @classmethod
     def read(cls, sent: dict[str, Any]) -> Observation:
@@ -97,11 +99,15 @@ class Monitor:
         self._measured: deque[tuple[float, Path, Path]] = deque()
         self._pauses: deque[tuple[float, Path, Path]] = deque()
         "When each pause ended, the motion that was commanded meanwhile, and that of a robot that goes on."
+        self._stops: deque[tuple[float, Path]] = deque()
+        "When a motion was stopped, and what was commanded just before: the stop may have overtaken it."
         self._outside = math.inf
 
     def look(self, seen: Observation) -> str:
         """Return why the robot must stop, as display text; empty if it does what it was commanded."""
         self._note_pause(seen)
+        if seen.stopped and self._commanded:
+            self._stops.append((seen.now, _difference(seen.commanded, self._at(seen.now - self._lag))))
         self._commanded.append((seen.now, seen.commanded))
         problem = self._apart(seen) or self._place(seen)
         for window in WINDOWS:
@@ -111,8 +117,9 @@ class Monitor:
         oldest = seen.time - (WINDOWS[-1] + 2) * self._lag
         while len(self._commanded) > 2 and self._commanded[1][0] < oldest:
             self._commanded.popleft()
-        while self._pauses and self._pauses[0][0] < oldest:
-            self._pauses.popleft()
+        for noted in (self._pauses, self._stops):
+            while noted and noted[0][0] < oldest:
+                noted.popleft()
         while len(self._measured) > 2 and self._measured[1][0] < oldest:
             self._measured.popleft()
         return problem
@@ -154,12 +161,15 @@ class Monitor:
         before, after, seconds = self._points(start[0]), self._points(seen.time), seen.time - start[0]
         moved = _difference(seen.measured, start[1])
         pauses = [pause for pause in self._pauses if pause[0] > start[0]]
+        overtaken = [motion for moment, motion in self._stops if moment > start[0]]
         slack = (TOLERANCE + INACCURACY * seconds) * (1 + 2 * len(pauses))
         for part, joints in PARTS.items():
             starts, ends = [path[joints] for path in before], [path[joints] for path in after]
             off = _direction(moved[joints], starts, ends)
             along = _dot(off, moved[joints])
             furthest = max(_dot(off, path) for path in ends) - min(_dot(off, path) for path in starts)
+            for lost in overtaken:
+                furthest += max(-_dot(off, lost[joints]), 0.0)
             for _, lost, further in pauses:
                 goes_on = max(_dot(off, further[joints]), CURVES * math.hypot(*further[joints]))
                 furthest += max(-_dot(off, lost[joints]), 0.0) + goes_on

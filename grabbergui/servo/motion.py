@@ -173,6 +173,7 @@ class Observer:
         self._first: Vector | None = None
         self._arm_seen = np.zeros(joints - 2)
         self._seen = -math.inf
+        self._stopped = False
 
     def command_arm(self, now: float, joints: Vector) -> None:
         """Note the arm's joint velocities from `now` on, rad/s."""
@@ -189,6 +190,7 @@ class Observer:
     def rest(self, now: float) -> None:
         """Note that nothing is commanded from `now` on."""
         self._advance(now)
+        self._stopped |= bool(self._velocity.any())
         self._velocity[:] = 0.0
 
     def look(self, now: float, state: RobotState, space: Space, limits: SpeedLimits) -> Observation | None:
@@ -197,6 +199,7 @@ class Observer:
         if not state.sound or state.time <= self._seen:
             return None
         self._seen, off = state.time, np.zeros(6)
+        stopped, self._stopped = self._stopped, False
         if state.arm is not None:
             self._first = state.arm if self._first is None else self._first
             self._arm_seen = state.arm - self._first
@@ -213,6 +216,7 @@ class Observer:
             state.apart,
             float(space.outside(place).max()),
             limits,
+            stopped,
         )
 
     def _advance(self, now: float) -> None:

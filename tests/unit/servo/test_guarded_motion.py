@@ -54,6 +54,17 @@ def test_the_guardian_knows_of_a_motion_before_the_robot_does(gate, guard):
     assert guard.heard == [(True, False)]
 
 
+def test_the_guardian_knows_that_a_motion_was_stopped(gate, guard):
+    seen = []
+    guard.observe = seen.append
+    gate.send(MOTION, 0.0)
+    for now in (0.02, 0.3, 0.32, 0.34):
+        gate._robot.time = now
+        gate.expire(now)
+        gate.beat(now)
+    assert [one.stopped for one in seen] == [False, False, True, False, False]
+
+
 def test_without_a_guardian_that_could_stop_it_nothing_moves(gate, guard):
     guard.verdict = Verdict("the guardian has ended", for_good=True)
     assert not gate.send(MOTION, 0.0)

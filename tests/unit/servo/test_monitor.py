@@ -80,14 +80,20 @@ class Joints:
         self.monitor, self.now = Monitor(LAG), 0.0
         self.commanded, self.measured = np.zeros(6), np.zeros(6)
 
-    def run(self, seconds, commanded, measured=None, *, looks=True):
-        """Return after how long it was stopped, and why; without `looks` everything goes on unobserved."""
+    def run(self, seconds, commanded, measured=None, *, looks=True, stopped=False):
+        """Return after how long it was stopped, and why; without `looks` everything goes on unobserved.
+
+        `stopped` is whether it begins with a stop.
+        """
         begun, commanded = self.now, np.array([*commanded, 0.0, 0.0])
         measured = commanded if measured is None else np.array([*measured, 0.0, 0.0])
         for _ in range(round(seconds / DT)):
             self.now += DT
             self.commanded, self.measured = self.commanded + commanded * DT, self.measured + measured * DT
-            seen = Observation(self.now, tuple(self.commanded), self.now, tuple(self.measured))
+            seen = Observation(
+                self.now, tuple(self.commanded), self.now, tuple(self.measured), stopped=stopped
+            )
+            stopped = False
             if looks and (problem := self.monitor.look(seen)):
                 return self.now - begun, problem
         return math.inf, ""
@@ -148,6 +154,17 @@ def test_a_robot_whose_path_turns_aside_in_a_pause_is_left_alone():
     arm.run(0.2, FAST, FAST + np.array([0.0, 0.0, 0.0, 0.5]), looks=False)
     arm.run(0.14, FAST, STILL, looks=False)
     assert arm.run(0.5, STILL) == (math.inf, "")
+
+
+@pytest.mark.parametrize("seconds", [0.04, 0.08, 0.14])
+def test_a_motion_that_a_stop_has_overtaken_is_not_missed_but_readings_that_freeze_are(seconds):
+    """Late images stopped a hand that had not set out yet, and then it "did not move as commanded"."""
+    arm = Joints()
+    arm.run(2, STILL)
+    assert arm.run(seconds, FAST, STILL) == (math.inf, "")
+    assert arm.run(2, STILL, stopped=True) == (math.inf, "")
+    when, why = arm.run(1, FAST, STILL)
+    assert when <= 0.3 and "does not move as commanded" in why
 
 
 def test_a_jump_during_a_pause_is_noticed():
