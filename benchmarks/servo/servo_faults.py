@@ -2,13 +2,15 @@
 
 Each trial runs two commands, as anybody can: `grabbergui simulate-teo` or `simulate-tiago` with `--marker`,
 `--fault` and `--truth`, and `grabbergui servo` on the same YARP network or in the same ROS domain. The
-figures come from the simulator's record of the truth; nothing of the servo program takes part in them.
+figures come from the simulator's record of the truth; nothing of the servo program takes part in them. With
+`--minutes` and `--json FILE` it can be run in slices: the next run does the trials that are not in the file.
 With `--simulated-time` the loop runs in this process, without images, networks and a clock.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -16,20 +18,23 @@ import random
 import re
 import signal
 import statistics
-import subprocess
 import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks._priority import run_as_others
+from benchmarks.servo._forked_commands import Command, Launcher
 from grabbergui.calibration.geometry import Pose
 from grabbergui.core.scheduling import single_threaded
 from grabbergui.driver.sim.rendered_scene import Things, at
@@ -40,7 +45,6 @@ from grabbergui.servo.robots.fault_list import FAULTS, Fault
 from grabbergui.servo.robots.faults import Faults
 from grabbergui.servo.robots.robot import KinematicModel
 
-REPOSITORY = Path(__file__).parents[2]
 NAME_SERVER = "127.39.7.1"
 WORKSPACE = {"x_low": 0.30, "x_high": 0.70, "y_low": -0.55, "y_high": -0.10}
 "Of the approaches, metres: smaller than the default, so that arms want to leave it."
@@ -52,8 +56,10 @@ WINDOW_S = 0.05
 "Seconds over which a speed is measured."
 RESTS = 0.002
 "Speed of a hand at rest, m/s."
-REST_S = 1.2
+REST_S = 1.0
 "Seconds of rest after which a trial ends."
+LATE_REST_S = 4.0
+"The same of images that are late: for a second none come, and with those that follow the arm must not move."
 SAYS_S = 0.4
 "Seconds after the hand came to rest in which the program may say why: the simulated drives take a while."
 STUCK_S = 3.6
@@ -62,7 +68,8 @@ AFTER_FAULT_S = 6.0
 "Longest time from a fault to the end of its trial."
 APPROACH_S = 16.0
 "Longest time of an approach, and until an arm first moves."
-START_S = 60.0
+DOMAINS = 8
+"ROS domains that are used in turn."
 MARKERS = {"teo": (0.70, -0.32, 0.36, 4.0, -8.0, 0.0), "tiago": (0.80, -0.17, 0.07, 4.0, -8.0, 0.0)}
 "Markers in front of each robot that it reaches: x, y, z, yaw, pitch, roll."
 HEIGHTS = {"teo": (0.05, 0.60), "tiago": (-0.25, 0.35)}
@@ -80,6 +87,11 @@ class Trial:
     marker: tuple[float, ...]
     fault: str = ""
     "`NAME[@SECONDS]`; empty for an approach."
+
+    @property
+    def rest(self) -> float:
+        """Seconds of rest after which it ends."""
+        return LATE_REST_S if self.fault.startswith("images-late") else REST_S
 
 
 @dataclass
@@ -184,104 +196,62 @@ def judge(trial: Trial, truth: Truth, said: Sequence[tuple[float, str]], config:
     return outcome
 
 
-class Program:
-    """A command of ours in a process of its own, whose lines are read on a thread."""
+@dataclass
+class Stand:
+    """What all trials share."""
 
-    first = False
-    "Whether programs get real-time priority: a robot's controllers have a computer of their own."
+    launcher: Launcher
+    first: bool
+    "Whether programs get real-time priority."
+    domain: int = field(default_factory=lambda: random.randrange(1, 90))
+    "The first ROS domain."
+    _used: Iterator[int] = field(default_factory=lambda: itertools.cycle(range(DOMAINS)))
 
-    def __init__(self, arguments: Sequence[str], environment: dict[str, str]) -> None:
-        self.lines: list[tuple[float, str]] = []
-        self._process = subprocess.Popen(
-            [sys.executable, "-u", "-m", "grabbergui", *arguments],
-            cwd=REPOSITORY,
-            env={**os.environ, **environment},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            errors="replace",
-            preexec_fn=_run_first if self.first else None,
-        )
-        self._thread = threading.Thread(target=self._read, daemon=True)
-        self._thread.start()
-
-    @property
-    def running(self) -> bool:
-        """Whether it has not ended."""
-        return self._process.poll() is None
-
-    def said(self, pattern: str) -> re.Match[str] | None:
-        """Return the first match of a pattern in its output."""
-        return next(filter(None, (re.search(pattern, text) for _, text in list(self.lines))), None)
-
-    def wait_for(self, pattern: str) -> re.Match[str]:
-        """Return the first match as soon as there is one. Raises RuntimeError."""
-        deadline = time.monotonic() + START_S
-        while (found := self.said(pattern)) is None:
-            if time.monotonic() > deadline or not self.running:
-                raise RuntimeError(f"it never said {pattern!r}: {[text for _, text in self.lines]}")
-            time.sleep(0.02)
-        return found
-
-    def end(self) -> None:
-        """End it, after 10 s by force."""
-        if self.running:
-            self._process.terminate()
-            try:
-                self._process.wait(10)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
-        self._thread.join(5)
-
-    def _read(self) -> None:
-        assert self._process.stdout is not None
-        with self._process.stdout as lines:
-            for line in lines:
-                self.lines.append((time.monotonic(), line.strip()))
-
-
-def _run_first() -> None:
-    os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(1))
+    def next_domain(self) -> int:
+        """Return a ROS domain that was not used recently: programs of earlier trials may still be ending."""
+        return self.domain + next(self._used)
 
 
 @contextmanager
-def stage(trial: Trial, domain: int, folder: Path, config: Path) -> Iterator[tuple[Program, Path]]:
+def stage(trial: Trial, stand: Stand, folder: Path, config: Path) -> Iterator[tuple[Command, Path]]:
     """Run simulator and servo program; yield the latter, and the record of the truth."""
     truth = folder / "truth.csv"
     options = ["--marker=" + ",".join(f"{value:g}" for value in trial.marker), "--truth", str(truth)]
     options += ["--fault", trial.fault] if trial.fault else []
+    domain = stand.next_domain()
     environment = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    started = partial(Command, stand.launcher, environment=environment, first=stand.first)
     with ExitStack() as stack:
         if trial.robot == "teo":
             network = ["--with-name-server", "--nameserver", f"{NAME_SERVER}:0"]
-            simulator = Program(["simulate-teo", *network, *options], environment)
+            simulator = started(["simulate-teo", *network, *options])
             stack.callback(simulator.end)
             place = simulator.wait_for(r"is on the name server at (\S+)")[1]
             servo = ["--nameserver", place, "--calibration", "resources/servo/teo-sim-camera.yaml"]
         else:
-            simulator = Program(["simulate-tiago", *options], environment)
+            simulator = started(["simulate-tiago", *options])
             stack.callback(simulator.end)
             simulator.wait_for("TIAGo listens")
             servo = []
         servo = ["servo", "--robot", trial.robot, "--headless", "--no-keyboard", "--seconds", "90", *servo]
-        program = Program([*servo, "--config", str(config)], environment)
+        program = started([*servo, "--config", str(config)])
         stack.callback(program.end)
         yield program, truth
 
 
 STATE = re.compile(r"^ *-?\d+\.\d\d s  ")
 "The beginning of a line of the program that reports a state, as opposed to a log."
+END = re.compile(STATE.pattern + "(reached|stuck|stopped)")
+"The same of a state that ends an approach."
 PREFIX = re.compile(STATE.pattern + r"|^\S+ \S+ [A-Z]+ \S+: ")
 "What stands before the sentence itself in either."
 
 
-def run(trial: Trial, config: Config, file: Path, domain: int) -> Outcome:
+def run(trial: Trial, config: Config, file: Path, stand: Stand) -> Outcome:
     """Run a trial with the real commands."""
     with (
         tempfile.TemporaryDirectory() as folder,
-        stage(trial, domain, Path(folder), file) as (program, record),
+        stage(trial, stand, Path(folder), file) as (program, record),
     ):
         program.wait_for(STATE.pattern)
         _await_end(trial, program, record)
@@ -290,10 +260,10 @@ def run(trial: Trial, config: Config, file: Path, domain: int) -> Outcome:
     return judge(trial, truth, [(moment, PREFIX.sub("", text)) for moment, text in lines], config)
 
 
-def _await_end(trial: Trial, program: Program, record: Path) -> None:
+def _await_end(trial: Trial, program: Command, record: Path) -> None:
     begun = time.monotonic()
     while program.running:
-        time.sleep(0.3)
+        time.sleep(0.1)
         now, truth = time.monotonic(), Truth.read(record)
         moving = truth.moving()
         if moving is None or (trial.fault and truth.fault is None):
@@ -301,7 +271,8 @@ def _await_end(trial: Trial, program: Program, record: Path) -> None:
                 return
             continue
         start = truth.fault if trial.fault and truth.fault is not None else moving[0]
-        rest = REST_S if trial.fault else STUCK_S
+        ended = program.said(END.pattern) is not None
+        rest = trial.rest if trial.fault or ended else STUCK_S
         if now - max(moving[1], start) > rest or now - start > (AFTER_FAULT_S if trial.fault else APPROACH_S):
             return
 
@@ -329,7 +300,7 @@ def simulate(trial: Trial, config: Config, model: KinematicModel) -> Outcome:
         moving = truth.moving() if truth is not None else None
         if moving is not None and (begun is not None or not trial.fault):
             start = begun or moving[0]
-            if loop.now - max(moving[1], start) > (REST_S if trial.fault else STUCK_S) or (
+            if loop.now - max(moving[1], start) > (trial.rest if trial.fault else STUCK_S) or (
                 begun and loop.now - begun > AFTER_FAULT_S
             ):
                 break
@@ -368,10 +339,37 @@ def trials(options: argparse.Namespace, models: Mapping[str, KinematicModel]) ->
         add([Trial(robot, visible_marker(source, robot, model)) for _ in range(options.approaches)])
         add([Trial(robot, MARKERS[robot])] * options.near)
         all_faults = [name for name in FAULTS if name not in OF_PIXELS or not options.simulated_time]
-        for name in options.fault or all_faults:
+        for name in all_faults if options.fault is None else options.fault:
+            # Of their own, so that more trials are the same ones and others.
+            source = np.random.default_rng([options.seed, *name.encode()])
             begin = ["" if "@" in name else f"@{source.uniform(0.2, 1.0):.2f}" for _ in range(options.each)]
             add([Trial(robot, MARKERS[robot], f"{name}{after}") for after in begin])
     return [trial for _, trial in sorted(ordered, key=lambda entry: entry[0])]
+
+
+def remaining(wanted: Sequence[Trial], outcomes: Sequence[Outcome]) -> list[Trial]:
+    """Return the trials that have no outcome yet."""
+    had, left = Counter(outcome.trial for outcome in outcomes), []
+    for trial in wanted:
+        if had[trial] > 0:
+            had[trial] -= 1
+        else:
+            left.append(trial)
+    return left
+
+
+def stored(file: Path) -> list[Outcome]:
+    """Return the outcomes in a file; none if there is no such file. Raises SystemExit for another one."""
+    try:
+        entries = json.loads(file.read_text("utf-8")) if file.exists() else []
+        return [
+            Outcome(
+                **{**entry, "trial": Trial(**{**entry["trial"], "marker": tuple(entry["trial"]["marker"])})}
+            )
+            for entry in entries
+        ]
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise SystemExit(f"{file} has no trials of this benchmark ({error!r}); name another file") from error
 
 
 def summary(outcomes: Sequence[Outcome], config: Config) -> list[list[str]]:
@@ -400,6 +398,34 @@ def summary(outcomes: Sequence[Outcome], config: Config) -> list[list[str]]:
             _most_said(happened),
         ]
     return rows
+
+
+def for_the_manual(outcomes: Sequence[Outcome]) -> str:
+    """Return the table of faults, and a sentence on the approaches of each robot, as in docs/servoing.md."""
+    lines = ["| fault | what happens | TEO over YARP | TIAGo over ROS 2 |", "|---|---|---|---|"]
+    happened = [outcome for outcome in outcomes if outcome.happened]
+    for name, what in FAULTS.items():
+        cells = []
+        for robot in MODELS:
+            group = [
+                one for one in happened if one.trial.robot == robot and one.trial.fault.split("@")[0] == name
+            ]
+            stops = [math.inf if one.stopped_after is None else one.stopped_after for one in group]
+            worst = f"{max(one.moved for one in group):.0f} mm, {max(stops):.1f} s" if group else "not tried"
+            cells.append(f"{worst} ({len(group)})")
+        lines.append(f"| `{name}` | {what} | {' | '.join(cells)} |")
+    for robot in MODELS:
+        for name, near in (("the near marker", True), ("random markers", False)):
+            group = [one for one in happened if one.trial.robot == robot and not one.trial.fault]
+            group = [one for one in group if (one.trial.marker == MARKERS[robot]) is near]
+            if not group:
+                continue
+            lines.append(
+                f"\n{robot}, {len(group)} approaches to {name}: reached {_reached(group)} at most; at most "
+                f"{max(one.speed for one in group):.1f} mm/s and "
+                f"{max(one.outside for one in group):.1f} mm outside"
+            )
+    return "\n".join(lines)
 
 
 HEADER = [
@@ -442,8 +468,20 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--first", action="store_true", help="programs get real-time priority (busy machines)"
     )
+    parser.add_argument(
+        "--side-by-side",
+        type=int,
+        default=1,
+        metavar="N",
+        help="trials at once, on a machine with cores for them (1)",
+    )
     parser.add_argument("--minutes", type=float, default=60.0, help="begin no further trial after this (60)")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="store every trial")
+    parser.add_argument(
+        "--json",
+        type=Path,
+        metavar="FILE",
+        help="store every trial, and continue after those that are stored there",
+    )
     options = parser.parse_args(arguments)
     for name in options.fault or ():
         Fault.parse(name)
@@ -451,11 +489,11 @@ def main(arguments: list[str] | None = None) -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("ended"))
     run_as_others()
     single_threaded()
-    default = Config()
-    Program.first = options.first
-    domain, end = random.randrange(1, 100), time.monotonic() + 60 * options.minutes
-    outcomes: list[Outcome] = []
-    with tempfile.TemporaryDirectory() as folder:
+    default, outcomes = Config(), [] if options.json is None else stored(options.json)
+    models = {robot: MODELS[robot]() for robot in options.robot}
+    left = remaining(trials(options, models), outcomes)
+    end = time.monotonic() + 60 * options.minutes
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         small = Path(folder) / "servo.ini"
         small.write_text(
             "[arm]\n" + "".join(f"{key} {value:g}\n" for key, value in WORKSPACE.items()), "utf-8"
@@ -463,32 +501,58 @@ def main(arguments: list[str] | None = None) -> None:
         whole = Path(folder) / "default.ini"
         whole.write_text("", "utf-8")
         confined = Config.load(small)
-        models = {robot: MODELS[robot]() for robot in options.robot}
-        for trial in trials(options, models):
-            if time.monotonic() > end:
-                print("time is up", flush=True)
-                break
-            easy = trial.marker == MARKERS[trial.robot]
-            config, file = (default, whole) if easy else (confined, small)
+        stand = None if options.simulated_time else Stand(Launcher(), options.first)
+        if stand is not None:
+            stack.callback(stand.launcher.close)
+        waiting, lock = iter(left), threading.Lock()
+
+        def try_all() -> None:
+            while time.monotonic() < end:
+                with lock:
+                    trial = next(waiting, None)
+                if trial is None:
+                    return
+                easy = trial.marker == MARKERS[trial.robot]
+                config, file = (default, whole) if easy else (confined, small)
+                began = time.monotonic()
+                try:
+                    if stand is None:
+                        outcome = simulate(trial, config, models[trial.robot])
+                    else:
+                        outcome = run(trial, config, file, stand)
+                except RuntimeError as error:
+                    print(f"{trial}: {error}", flush=True)
+                    continue
+                with lock:
+                    outcomes.append(outcome)
+                    print(f"{_line(outcome)} ({time.monotonic() - began:.1f} s)", flush=True)
+                    if options.json is not None:
+                        _store(outcomes, options.json)
+
+        with ThreadPoolExecutor() as side_by_side:
+            works = [side_by_side.submit(try_all) for _ in range(options.side_by_side if stand else 1)]
             try:
-                if options.simulated_time:
-                    outcome = simulate(trial, config, models[trial.robot])
-                else:
-                    outcome = run(trial, config, file, domain)
-            except RuntimeError as error:
-                print(f"{trial}: {error}", flush=True)
-                continue
-            outcomes.append(outcome)
-            print(_line(outcome), flush=True)
-            if options.json is not None:
-                text = json.dumps([asdict(one) for one in outcomes], indent=1, ensure_ascii=False)
-                options.json.write_text(text + "\n", "utf-8")
+                for work in works:
+                    work.result()
+            finally:
+                waiting = iter(())  # who ends it waits for the present trials only
+    if missing := len(remaining(left, outcomes)):
+        print(f"{missing} trials are left")
     outcomes.sort(key=lambda outcome: outcome.trial.robot)
     print(printed(summary(outcomes, default)))
+    print(f"\n{for_the_manual(outcomes)}")
     loads = [outcome.load for outcome in outcomes]
     print(
         f"\n{len(outcomes)} trials, load average {min(loads, default=0):.1f} to {max(loads, default=0):.1f}"
     )
+
+
+def _store(outcomes: Sequence[Outcome], file: Path) -> None:
+    """Write the outcomes, so that whoever ends the benchmark meanwhile keeps those before."""
+    text = json.dumps([asdict(one) for one in outcomes], indent=1, ensure_ascii=False)
+    new = file.with_suffix(".new")
+    new.write_text(text + "\n", "utf-8")
+    new.replace(file)
 
 
 def _line(outcome: Outcome) -> str:

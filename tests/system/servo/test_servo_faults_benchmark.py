@@ -1,5 +1,6 @@
 """`python -m benchmarks servo_faults`: its figures, and the options of the simulators that it uses."""
 
+import argparse
 import subprocess
 import sys
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.servo import servo_faults
+from benchmarks.servo._forked_commands import Command, Launcher
 from benchmarks.servo.servo_faults import MARKERS, Trial, Truth, judge
 from grabbergui import cli
 from grabbergui.servo.config import Config
@@ -71,6 +73,57 @@ def test_a_trial_in_simulated_time_has_figures():
     assert 5 < outcome.moved < 30
     assert outcome.stopped_after < 0.3
     assert outcome.said.startswith("lost")
+
+
+def test_the_next_slice_does_what_is_not_in_the_file(tmp_path):
+    file, near = tmp_path / "trials.json", Trial("teo", MARKERS["teo"])
+    servo_faults._store([judge(near, record(None), [], Config()), judge(FAULT, record(), [], Config())], file)
+    before = servo_faults.stored(file)
+    assert [outcome.trial for outcome in before] == [near, FAULT]
+    other = Trial("tiago", MARKERS["tiago"], "hand-jumps@0.5")
+    assert servo_faults.remaining([near, FAULT, near, other], before) == [near, other]
+    assert servo_faults.stored(tmp_path / "none.json") == []
+    file.write_text('[{"speed": 1}]', "utf-8")
+    with pytest.raises(SystemExit, match=r"trials\.json has no trials of this benchmark"):
+        servo_faults.stored(file)
+
+
+def test_the_table_for_the_manual_has_the_longest_of_each_fault():
+    later = Trial("teo", MARKERS["teo"], "hand-jumps@1.2")
+    outcomes = [judge(FAULT, record(), [], Config()), judge(later, record(1.2), [], Config())]
+    rows = servo_faults.for_the_manual(outcomes).splitlines()
+    (row,) = (row for row in rows if row.startswith("| `hand-jumps`"))
+    assert row.endswith("| 50 mm, 0.5 s (2) | not tried (0) |")
+
+
+def test_more_trials_begin_with_the_same_ones():
+    few, many = (
+        servo_faults.trials(
+            argparse.Namespace(
+                seed=1, approaches=number, near=0, each=number, fault=["hand-jumps"], simulated_time=False
+            ),
+            {"teo": teo.MODEL},
+        )
+        for number in (1, 3)
+    )
+    assert set(few) < set(many)
+
+
+def test_a_forked_command_has_its_own_output_and_is_ended():
+    launcher = Launcher()
+    command = Command(
+        launcher, ["simulate-teo", "--with-name-server", "--nameserver", "127.0.0.1:0"], {}, first=False
+    )
+    try:
+        assert command.wait_for("is on the name server at 127")
+        assert command.running
+        command.end()
+        until(lambda: not command.running)
+        wrong = Command(launcher, ["simulate-teo", "--fault", "hand"], {}, first=False)
+        assert wrong.wait_for("there is no fault 'hand'")
+        until(lambda: not wrong.running)
+    finally:
+        launcher.close()
 
 
 @pytest.mark.parametrize("command", ["simulate-teo", "simulate-tiago"])
