@@ -24,6 +24,8 @@ SWITCH_WORDS = {
     "1": True, "true": True, "on": True, "yes": True, "0": False, "false": False, "off": False, "no": False,
 }  # fmt: skip
 "Spellings of a switch by users and in files, in lower case."
+TRANSPORT_LOCK = "TLParamsLocked"
+"1 while the stream runs (SFNC, Transport Layer Control), which locks others; only the driver writes it."
 
 
 class FeatureKind(Enum):
@@ -128,10 +130,6 @@ class FeatureDescription:
     def title(self) -> str:
         """The display name."""
         return shortened(self.display_name or self.name, MOST_TITLE)
-
-
-TRANSPORT_LOCK = "TLParamsLocked"
-"1 while the stream runs (SFNC, Transport Layer Control), which locks others; only the driver writes it."
 
 
 @dataclass(frozen=True)
