@@ -79,6 +79,8 @@ A command imports its own family alone, within `main`: the imports take long eno
 """
 COMMANDS = tuple(command for commands in FAMILIES.values() for command in commands)
 """All commands but those of guests."""
+OTHER_WORDS = {"read": "get", "write": "set", "ls": "list", "find": "list", "view": "gui", "info": "features"}
+"""Commands of other programs that none of ours resembles, and ours."""
 _NARROWEST = 40
 """Columns below which help is not wrapped any further."""
 
@@ -214,6 +216,8 @@ def _nearest(word: str) -> str:
         return f"gige:{word}"
     if Path(word).exists():
         return f"file:{word}"
+    if word in OTHER_WORDS:
+        return OTHER_WORDS[word]
     known = [*COMMANDS, *guest_commands(), *(f"{scheme}:" for scheme in sources.schemes())]
     return next(iter(difflib.get_close_matches(word, known, n=1)), "")
 

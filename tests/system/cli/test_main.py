@@ -27,6 +27,8 @@ def run(*arguments, **keywords):
     ("word", "meant"),
     [
         ("lits", "grabbergui list"),
+        ("read", "grabbergui get"),
+        ("write", "grabbergui set"),
         ("sim", "grabbergui sim:"),
         ("192.168.0.10", "grabbergui gige:192.168.0.10"),
         (__file__, f"grabbergui file:{__file__}"),
