@@ -209,8 +209,8 @@ class ImageModel:
                 frame = self._newest(queue)
             except FrameTimeoutError:
                 continue
-            again = self._again.is_set()
-            self._again.clear()
+            if again := self._again.is_set():
+                self._again.clear()  # before what is to be shown again is read, which may change meanwhile
             frozen = self._frozen
             if frozen is None:
                 if self._lacks_components(frame):

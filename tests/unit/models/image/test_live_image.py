@@ -148,3 +148,27 @@ def test_a_frame_that_lacks_components_of_those_before_is_left_out_for_a_moment(
     stream.send(frame(4))
     shown = until(image.take)
     assert (shown.labels, shown.frame.frame_id) == ((), 4)
+
+
+def test_a_pause_at_any_moment_shows_the_frame_that_it_held(stream, monkeypatch):
+    """Also between two looks of the display's thread at whether an image is wanted again."""
+    held, armed = frame(3), threading.Event()
+
+    class Interrupted(threading.Event):
+        def is_set(self):
+            found = super().is_set()
+            if armed.is_set() and threading.current_thread().name == "display":
+                armed.clear()
+                model.freeze(held)
+            return found
+
+    with monkeypatch.context() as patch:
+        patch.setattr(threading, "Event", Interrupted)
+        model = ImageModel()
+    model.attach(stream)
+    stream.send(frame(7))
+    until(model.take)
+    armed.set()
+    stream.send(frame(8))
+    assert until(model.take).frame is held
+    assert model.detach(2)
