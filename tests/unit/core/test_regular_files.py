@@ -216,6 +216,7 @@ OPENED_OTHERWISE = {
     "net/ros2/runtime.py": "a profile of the user",
     "net/ros2/shared_memory.py": "/proc",
     "driver/u3v/enumeration.py": "/sys",
+    "driver/u3v/users.py": "/proc",
     "driver/sim/u3v/gadget.py": "/sys and /dev",
     "driver/sim/u3v/virtual_host.py": "/sys",
     "driver/v4l2/finding.py": "/dev and /sys",
