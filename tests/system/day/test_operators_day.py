@@ -9,12 +9,14 @@ from __future__ import annotations
 import re
 import shutil
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 
 import pytest
 
 from desktop import PROGRAMS, Camera, Operator, screen
+from grabbergui import sources
+from grabbergui.net.yarp.os.name_server import NameServer
 from patience import PROGRAM, until
 
 missing = [name for name in PROGRAMS if shutil.which(name) is None]
@@ -62,6 +64,7 @@ DAY = [
     "stepped by ctrl+Right", "typed", "taken back", "waiting for a trigger", "triggered", "trigger off",
     "lost", "back", "cable pulled", "second camera", "first recorded", "switched", "both recorded",
     "lost behind the other", "lost at the front", "back at the front", "switched back", "recorded",
+    "four panes", "one pane", "shared", "set from elsewhere", "shared no more",
     "settings saved", "settings loaded", "settings taken back", "little room", "stopped",
 ]  # fmt: skip
 "The steps after which the window is compared with what is so."
@@ -349,6 +352,57 @@ def record_two(day, first, second):
     day.agrees("recorded")
 
 
+def show_panes(day):
+    """Both cameras large, side by side, and one again: by the menu's keys."""
+    operator = day.operator
+    for count, beside in (("4", 1), ("1", 0)):
+        for keys, opened in (("alt+v", "menuView"), ("s", "menuPanes")):
+            operator.keys(keys)
+            operator.until(f"window.{opened}.isVisible()")
+        operator.keys(count)
+        operator.until("QApplication.activePopupWidget() is None")
+        operator.until(f"len(window.image.paneArea.panes) == {beside}")
+        day.agrees("four panes" if beside else "one pane")
+
+
+def share(day, first):
+    """Share the camera on YARP, by a name server of our own, with a program that sets it; then stop."""
+    operator = day.operator
+    dialog = "program.source_controls.sharer.dialog"
+    box = f"{dialog}.yarpBox"
+    with NameServer("127.0.0.1", 0) as server:
+        address = f"{server.contact.host}:{server.contact.port}"
+        operator.keys("alt+c")
+        operator.until("window.menuCamera.isVisible()")
+        operator.keys("r")
+        operator.until(f"{dialog} is not None and {dialog}.isActiveWindow()")
+        operator.click(f"{box}.serverEdit")
+        operator.until(f"{box}.serverEdit.hasFocus()")
+        operator.keys("ctrl+a")
+        operator.type(address)
+        operator.click(f"{box}.shareButton")
+        operator.until(f"bool({box}.stateLabel.text()) and not {box}.nameEdit.isEnabled()")
+        name = operator.ask(f"{box}.nameEdit.text()")
+        day.agrees("shared")
+        with closing(sources.create(f"yarp:{name}?nameserver={address}")) as remote:
+            remote.open()
+            with closing(remote.open_queue(1)) as queue:
+                remote.start()
+                assert queue.get(PROGRAM).width == 640
+            remote.write_feature("ExposureTime", 30000.0)
+            until(lambda: first.exposure == 30000, "the exposure of the other program")
+            operator.until(f"{dialog}.changesList.count() >= 1")
+            day.agrees("set from elsewhere")
+        operator.until(f"{dialog}.readersTree.topLevelItemCount() == 0")
+        operator.click(f"{box}.shareButton")
+        operator.until(f"{box}.nameEdit.isEnabled()")
+        operator.keys("Escape")
+        operator.until("dialog() is None")
+        day.agrees("shared no more")
+    type_exposure(operator, "25 ms")
+    until(lambda: first.exposure == 25000, "25 ms")
+
+
 def save_and_load(day, first, folder):
     """Save settings, load them, and take that back."""
     operator = day.operator
@@ -406,6 +460,8 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     trigger(day, first)
     lose_and_return(day, first)
     record_two(day, first, second)
+    show_panes(day)
+    share(day, first)
     save_and_load(day, first, tmp_path)
     make_little_room(day)
     go_home(day, first, second)
