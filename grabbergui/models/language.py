@@ -183,8 +183,8 @@ SENTENCES = (
     QT_TRANSLATE_NOOP("Drivers", "this program controls {0} already; close it first"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is in use by another application; close it there"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is in use by {1}; close it there"),
-    QT_TRANSLATE_NOOP("Drivers", "in use by another program"),
-    QT_TRANSLATE_NOOP("Drivers", "in use by a program at {0}"),
+    QT_TRANSLATE_NOOP("Drivers", "another program"),
+    QT_TRANSLATE_NOOP("Drivers", "a program at {0}"),
     QT_TRANSLATE_NOOP("Drivers", "in use by {0}"),
     QT_TRANSLATE_NOOP("Drivers", "the camera is open for reading only; another application may control it"),
     QT_TRANSLATE_NOOP(

@@ -9,6 +9,7 @@ from grabbergui.models.settings.loading import LoadReport, SettingOutcome, Setti
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.models.share import Network, ReaderRate, Remedy, ShareOptions, ShareState, ShareStatus
 from grabbergui.net.readers import Reader
+from grabbergui.rig.camera_clock import ClockState
 from grabbergui.rig.overview import BudgetOverview, CameraLine, RigOverview
 from grabbergui.rig.set_statistics import SetCounts
 from grabbergui.rig.ui.new_rig_dialog import NewRigDialog
@@ -61,7 +62,9 @@ def new_rig(window):
 
 def rig(window):
     dialog = RigDialog(window)
-    dialog.setOverview(RigOverview(SetCounts(), (1.0, 2.0), (CameraLine(LONG, 1, 1, LONG),)))
+    dialog.setOverview(
+        RigOverview(SetCounts(), (1.0, 2.0), (CameraLine(LONG, 1, 1, ClockState("host", problem=LONG)),))
+    )
     dialog.setBudget(BudgetOverview((("camera", "set"), (LONG, LONG)), (LONG,), {}))
     return dialog
 

@@ -25,7 +25,7 @@ _UNITS = {
 
 MOST_UNIT = 20
 "Characters of a unit."
-LONG = 10_000
+LONG = 1000
 """Numbers from here on are shown in a larger unit, if there is one."""
 
 SHORT = 0.1
