@@ -313,13 +313,13 @@ class Input:
         pairs = [option for option in options if isinstance(option, list) and len(option) > 1]
         text = "+".join((header.carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
         peer = name if name.startswith("/") else header.sender
+        if header.group:
+            # It listens before it is listed, since the sender does not wait for a reply.
+            self._sock = multicast_receiver(self._sock, header.group)
         self.info = replace(self.info, peer=peer, carrier=text)
         plug_in = str(options.find("recv") or "")
         if plug_in and plug_in not in self._owner.plug_ins:
             raise RemoteProtocolError(f"plug-in {plug_in} is not supported, connect without +recv.{plug_in}")
-        if header.group:
-            # It listens before it is listed, since the sender does not wait for a reply.
-            self._sock = multicast_receiver(self._sock, header.group)
         self._owner.register(self)
 
     def _reply_to_header(self, header: Header, link: Link) -> bool:

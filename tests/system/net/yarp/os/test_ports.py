@@ -51,7 +51,7 @@ IMAGE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
 def test_images_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
-        until(lambda: output.connections, "the reader")
+        until(lambda: output.connections and reader.sources, "the connection")
         stamp = Stamp(7, 1234.5).encode()
         smooth = np.full_like(IMAGE, 90)
         output.write(*image.encode(smooth, "rgb"), stamp)
