@@ -55,6 +55,7 @@ if TYPE_CHECKING:
         UsageError,
     )
     from grabbergui.core.features import (
+        AccessCondition,
         AccessMode,
         EnumEntry,
         Feature,
@@ -123,6 +124,7 @@ _HOMES = {
     "MissingFrameError": "core.errors",
     "PixelFormatError": "core.errors",
     "CameraFileError": "core.errors",
+    "AccessCondition": "core.features",
     "AccessMode": "core.features",
     "EnumEntry": "core.features",
     "FeatureKind": "core.features",
@@ -162,6 +164,7 @@ _HOMES = {
 """The module below `grabbergui` that defines each public name."""
 
 __all__ = [
+    "AccessCondition",
     "AccessDeniedError",
     "AccessMode",
     "AckTimeoutError",

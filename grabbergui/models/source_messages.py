@@ -40,11 +40,11 @@ class CurrentMessages:
         """Report that the block wrote a file (`done`, with the path for `{0}`), or why it could not."""
         try:
             yield
+        except GrabberError as error:  # may be an OSError, too
+            self.error(error_text(error))
         except OSError as error:
             text = translate("Messages", "{0} could not be written: {1}")
             self.error(text.format(path, error.strerror or error))
-        except GrabberError as error:
-            self.error(error_text(error))
         else:
             self.notice(done.format(path))
 

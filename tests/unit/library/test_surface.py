@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import inspect
 import re
 import sys
@@ -87,6 +88,15 @@ def test_what_a_program_gets_is_public(name: str) -> None:
         if found not in public
     }
     assert not others
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_error_that_is_documented_can_be_caught(name: str) -> None:
+    value = getattr(grabbergui, name)
+    functions = [each for _, each in members(value)] if inspect.isclass(value) else [value]
+    texts = [inspect.getdoc(each) or "" for each in [value, *functions]]
+    named = {error for text in texts for error in re.findall(r"\b[A-Z]\w+Error\b", text)}
+    assert not {error for error in named if error not in NAMES and not hasattr(builtins, error)}
 
 
 @pytest.mark.parametrize("name", CLASSES)

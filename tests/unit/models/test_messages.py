@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import LocalFileError, UsageError
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.messages import (
     ERROR_SECONDS,
@@ -83,6 +83,7 @@ def test_notices_and_errors_end_after_their_time(stage):
         (PermissionError(13, "Permission denied"), "x.csv could not be written: Permission denied"),
         (OSError("no room"), "x.csv could not be written: no room"),
         (UsageError("values do not fit"), "values do not fit"),
+        (LocalFileError("x.csv could not be written: no room"), "x.csv could not be written: no room"),
     ],
 )
 def test_a_file_is_saved_or_the_reason_is_given(stage, failure, text):
