@@ -80,18 +80,24 @@ def may_change(names: Iterable[str]) -> bool:
 
 
 class CurrentScan3d:
-    """A grabber's Scan3d features, read again after changes. Use `value` from one thread."""
+    """A grabber's Scan3d features, read again after changes. Use `value` from one thread.
+
+    It listens to the grabber from the first `value` on, as a camera polls its features for listeners.
+    """
 
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
+        self._listening = False
         self._stale = threading.Event()
         self._stale.set()
         self._value = Scan3d()
-        grabber.features_changed.connect(self._on_features_changed)
 
     @property
     def value(self) -> Scan3d:
         """The current features. Blocks to read them after a change."""
+        if not self._listening:
+            self._listening = True
+            self._grabber.features_changed.connect(self._on_features_changed)
         if self._stale.is_set():
             self._stale.clear()
             self._value = read_scan3d(self._grabber)

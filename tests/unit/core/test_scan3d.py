@@ -15,7 +15,7 @@ from grabbergui.core.coord3d import Coordinate, Scan3d
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.pfnc import by_name
-from grabbergui.core.scan3d import FollowedScan3d, read_scan3d
+from grabbergui.core.scan3d import CurrentScan3d, FollowedScan3d, read_scan3d
 from grabbergui.core.uri import SourceUri
 from patience import PATIENCE, until
 
@@ -166,6 +166,19 @@ def test_a_change_during_the_first_read_is_not_overwritten_by_it(monkeypatch):
     change.join(PATIENCE)
     assert followed.value == C_ONLY
     followed.close()
+
+
+def test_a_camera_polls_nothing_for_coordinates_that_nobody_asked_for(monkeypatch):
+    camera, found = ScriptedGrabber(), [C_ONLY, Scan3d()]
+    monkeypatch.setattr("grabbergui.core.scan3d.read_scan3d", lambda grabber: found.pop(0))
+    current = CurrentScan3d(camera)
+    assert not len(camera.features_changed), "a camera polls its features for listeners"
+    assert current.value == C_ONLY == current.value
+    camera.features_changed.emit(frozenset({"Scan3dCoordinateScale"}))
+    assert current.value == Scan3d() and found == []
+    current.close()
+    current.close()
+    assert not len(camera.features_changed)
 
 
 def test_a_change_is_followed_while_whoever_reports_it_holds_the_camera(monkeypatch):
