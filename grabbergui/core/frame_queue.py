@@ -18,6 +18,7 @@ from typing import Any, Protocol
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.scheduling import RealtimeThread
 
 log = logging.getLogger(__name__)
 
@@ -248,11 +249,13 @@ class FrameSink:
         depth: int = 2,
         wait: float = WAIT,
         reopens: bool = False,
+        realtime: bool = False,
         between: Callable[[], object] | None = None,
         failed: Callable[[Exception, Frame], object] | None = None,
     ) -> None:
         """Open a queue of `depth` frames; `start` begins to deliver.
 
+        With `realtime` the thread has the priority of a `RealtimeThread`, for frames that others wait for.
         `between` is called on the sink's thread before each wait of at most `wait` seconds, and at the end.
         `failed` gets a failure and its frame, on that thread; by default it is logged.
         """
@@ -264,6 +267,7 @@ class FrameSink:
         self._depth = depth
         self._wait = wait
         self._reopens = reopens
+        self._realtime = realtime
         self._between = between
         self._failed = failed
         self._problem = ""
@@ -301,7 +305,10 @@ class FrameSink:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
+        thread = RealtimeThread() if self._realtime else None
         while not self._stopping.is_set():
+            if thread is not None:
+                thread.review(time.monotonic())
             self._call_between()
             if self._queue.closed and not self._open_again():
                 break

@@ -1,9 +1,9 @@
 """When threads run: real-time priority, as far as the system permits it.
 
-The guardian and threads that receive frames must wake in time. With eight busy programs on two cores, an
-ordinary thread woke up to 150 ms late; one with real-time priority, at most 1 ms. Linux grants that priority
-to root, to programs with CAP_SYS_NICE, and to users with an `rtprio` limit (`/etc/security/limits.conf`, or
-`LimitRTPRIO=` of a systemd unit).
+The guardian and threads that receive frames or send them on must wake in time. With eight busy programs on
+two cores, an ordinary thread woke up to 150 ms late; one with real-time priority, at most 1 ms. Linux grants
+that priority to root, to programs with CAP_SYS_NICE, and to users with an `rtprio` limit
+(`/etc/security/limits.conf`, or `LimitRTPRIO=` of a systemd unit).
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from pathlib import Path
 REALTIME = 10
 """SCHED_RR priority: above every ordinary thread, below the kernel's own."""
 FRAMES = 5
-"""SCHED_RR priority of a thread that receives frames: below the guardian, which stops a robot."""
+"""SCHED_RR priority of a thread that receives frames or sends them on: below the guardian, which stops a
+robot."""
 NICE = -10
 """Nice value if real-time priority is refused."""
 _MCL_CURRENT, _MCL_ONFAULT = 1, 4
@@ -37,9 +38,11 @@ class RealtimeThread:
     processes that it starts have ordinary priority. Use from one thread.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most_work: float = MOST_WORK) -> None:
+        """`most_work` is the share of a core that the thread may need: little where there may be many."""
         self.realtime = False
         "Whether the thread has real-time priority."
+        self._most_work = most_work
         self._permitted = sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1
         self._reviewed, self._worked = time.monotonic(), time.thread_time()
 
@@ -51,7 +54,7 @@ class RealtimeThread:
         if not self._permitted or now - self._reviewed < REVIEW:
             return self.realtime
         worked = time.thread_time()
-        waits = worked - self._worked <= MOST_WORK * (now - self._reviewed)
+        waits = worked - self._worked <= self._most_work * (now - self._reviewed)
         self._reviewed, self._worked = now, worked
         if waits != self.realtime:
             self._schedule(realtime=waits)

@@ -215,7 +215,13 @@ class _Publisher:
         self._period = period
         self._due = 0.0
         self._sink = FrameSink(
-            grabber, self._offer, name=f"yarp {port.name} images", depth=1, wait=_POLL, reopens=True
+            grabber,
+            self._offer,
+            name=f"yarp {port.name} images",
+            depth=1,
+            wait=_POLL,
+            reopens=True,
+            realtime=True,
         )
 
     def start(self) -> None:

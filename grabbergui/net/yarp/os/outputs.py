@@ -18,6 +18,7 @@ from grabbergui.core.errors import (
     ResourceExhaustedError,
     TransportError,
 )
+from grabbergui.core.scheduling import RealtimeThread
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.binary import encode_command, encode_message
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
@@ -33,6 +34,8 @@ from grabbergui.net.yarp.os.multicast import Membership
 log = logging.getLogger(__name__)
 
 
+MOST_WORK: Final = 0.05
+"Share of a core up to which a reader's thread has real-time priority, if permitted. There may be many."
 TEXT_LIMIT: Final = 1 << 26
 """Largest message in bytes that is sent as text, about four times as long. YARP, too, sends images so."""
 
@@ -153,8 +156,10 @@ class Output:
             self._thread.join(5)
 
     def _run(self) -> None:
+        thread = RealtimeThread(MOST_WORK)
         try:
             while message := self._take():
+                thread.review(time.monotonic())
                 self.bytes += self._send(message)
                 self.messages += 1
                 self.active = time.monotonic()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,6 +21,7 @@ from grabber_stage import Stage
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
+from grabbergui.core.scheduling import realtime_threads_permitted
 from grabbergui.net.component_joiner import MOST_COMPONENTS
 from grabbergui.net.yarp import grabber_service, image
 from grabbergui.net.yarp import server as server_module
@@ -138,6 +142,35 @@ def test_without_readers_no_image_is_converted(
     queue.close()
     assert converted == []
     assert server.published == 0
+
+
+def test_a_camera_polls_no_features_for_readers_of_images(scene: Stage, server: YarpGrabberServer) -> None:
+    """They took a twentieth of the server's time."""
+    with InputPort("/reader", scene.names) as reader:
+        reader.connect("/grabber")
+        reader.read(PATIENCE)
+        assert not len(scene.grabber.features_changed), "it polls for listeners"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="priorities are Linux's")
+def test_frames_are_sent_on_with_realtime_priority_if_permitted(
+    scene: Stage, server: YarpGrabberServer
+) -> None:
+    if not realtime_threads_permitted():
+        pytest.skip("real-time priority is not permitted")
+    wanted, found = {"yarp /grabber images", "yarp /grabber to /reader"}, set()
+
+    def all_have_it() -> bool:
+        for thread in threading.enumerate():
+            with suppress(ProcessLookupError):
+                policy = os.sched_getscheduler(thread.native_id or 0) & ~os.SCHED_RESET_ON_FORK
+                if policy == os.SCHED_RR:
+                    found.add(thread.name)
+        return wanted <= found
+
+    with InputPort("/reader", scene.names) as reader:
+        reader.connect("/grabber")
+        until(all_have_it, "real-time priority")
 
 
 def test_a_stuck_reader_slows_nobody(scene: Stage, server: YarpGrabberServer) -> None:
