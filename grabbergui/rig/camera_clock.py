@@ -228,8 +228,10 @@ def with_conflicts(states: Mapping[str, ClockState]) -> dict[str, ClockState]:
     for name, state in states.items():
         others = {other: each for other, each in found.items() if each.kind == "ptp" and not each.problem}
         if state.kind == "ptp" and not state.problem and not _one_master([*others.values(), state]):
-            master = f" {state.grandmaster}" if state.grandmaster else ""
-            problem = f"it follows another PTP master{master} than {next(iter(others))}"
+            first, master = next(iter(others)), state.grandmaster
+            problem = f"it follows another PTP master than {first}"
+            if master:
+                problem = f"it follows another PTP master {master} than {first}"
             state = replace(state, problem=problem)
         found[name] = state
     return found
