@@ -76,7 +76,7 @@ class CameraFilesController(QObject):
         path = self._files.to_save(self.tr("Save {0}").format(name), name, self.tr("All files (*)"))
         if path is None:
             return
-        text = self.tr("{0}: {1} bytes saved as {2}")
+        text = self.tr("{0} ({1} B) saved as {2}")
 
         def transfer(grabber: FrameGrabber, progress: Progress, cancelled: threading.Event) -> str:
             content = file_access.read_file(grabber, name, progress=progress, cancelled=cancelled)
@@ -91,8 +91,8 @@ class CameraFilesController(QObject):
             self.dialog.confirmUpload(name, str(path), partial(self._upload, name, path))
 
     def _upload(self, name: str, path: Path) -> None:
-        checked = self.tr("{0}: {1} bytes written and read back")
-        unchecked = self.tr("{0}: {1} bytes written; the camera does not let them be read back")
+        checked = self.tr("{0} ({1} B) written and read back")
+        unchecked = self.tr("{0} ({1} B) written; the camera does not let it be read back")
 
         def transfer(grabber: FrameGrabber, progress: Progress, cancelled: threading.Event) -> str:
             content = file_access.content_of(path)
