@@ -44,7 +44,9 @@ thread of the kernel and gathers packets for {flush:g} µs, as a network card wi
 the sending one has no segmentation offload. Aravis's fake camera sends Mono8, each packet singly. The last
 stream is faster than Gigabit Ethernet, 168 MB/s with each frame in one burst; the simulated camera sends it.
 More is not measured: sender, kernel and receiver share two cores. Without a limit the camera reaches about
-3 Gbit/s beside a receiver, not 10, and every receiver then loses a third of the frames or more. The receivers take turns of {seconds:g} s each; the median of {runs} counts.
+3 Gbit/s beside a receiver, not 10, and every receiver then loses a third of the frames or more.
+
+The receivers take turns of {seconds:g} s each; the median of {runs} counts.
 viva-genicam, pyGigEVision and the older Aravis without privilege take one turn.
 
 Each is at its best: this driver as root, with real-time priority, and without any capability; Aravis as root

@@ -76,7 +76,7 @@ def assignment(text: str) -> tuple[SettingKey, str]:
     """Split `NAME=VALUE`; the name may have selectors. Raises UsageError."""
     found = SettingKey.parse_assignment(text)
     if found is None:
-        raise UsageError(f"'{text}' is not NAME=VALUE")
+        raise UsageError(f"'{text}' is not NAME=VALUE; write it in one word, as in ExposureTime=20ms")
     return found
 
 

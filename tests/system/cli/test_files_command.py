@@ -78,7 +78,7 @@ def test_firmware_needs_its_warning_confirmed(tmp_path, capsys, camera):
         (("put", "LUTLuminance"), "files put takes NAME and PATH"),
         (("list", "LUTLuminance"), "files list takes no further argument"),
         (("get", "LUTRed"), "has no file LUTRed; it has UserSet1"),
-        (("put", "LUTLuminance", "/nowhere/table.bin"), "/nowhere/table.bin: No such file"),
+        (("put", "LUTLuminance", "/nowhere/table.bin"), "there is no file /nowhere/table.bin"),
         (("get", "LUTLuminance", "/nowhere/table.bin"), "there is no folder /nowhere for table.bin"),
     ],
 )

@@ -280,3 +280,10 @@ def test_grab_saves_every_component_and_the_point_cloud(capsys, tmp_path):
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".ply", ".png", ".tiff"]
     code, _, problem = run(capsys, "grab", SMALL, "--ply")
     assert code != 0 and "--out" in problem
+
+
+def test_an_assignment_of_two_words_is_answered_with_one(capsys):
+    assert main(["set", "sim:", "ExposureTime", "20ms"]) == 2
+    assert "'ExposureTime' is not NAME=VALUE; write it in one word, as in ExposureTime=20ms" in (
+        capsys.readouterr().err
+    )
