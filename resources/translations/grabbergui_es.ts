@@ -471,6 +471,152 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>CameraFilesController</name>
+    <message>
+        <source>Listing the camera&apos;s files</source>
+        <translation>Listando los archivos de la cámara</translation>
+    </message>
+    <message>
+        <source>Save {0}</source>
+        <translation>Guardar {0}</translation>
+    </message>
+    <message>
+        <source>All files (*)</source>
+        <translation>Todos los archivos (*)</translation>
+    </message>
+    <message>
+        <source>{0} ({1} B) saved as {2}</source>
+        <translation>{0} ({1} B) guardado como {2}</translation>
+    </message>
+    <message>
+        <source>Downloading {0}</source>
+        <translation>Descargando {0}</translation>
+    </message>
+    <message>
+        <source>File for {0}</source>
+        <translation>Archivo para {0}</translation>
+    </message>
+    <message>
+        <source>{0} ({1} B) written and read back</source>
+        <translation>{0} ({1} B) escrito y comprobado leyéndolo</translation>
+    </message>
+    <message>
+        <source>{0} ({1} B) written; the camera does not let it be read back</source>
+        <translation>{0} ({1} B) escrito; la cámara no permite volver a leerlo</translation>
+    </message>
+    <message>
+        <source>Uploading {0}</source>
+        <translation>Subiendo {0}</translation>
+    </message>
+    <message>
+        <source>{0} is deleted</source>
+        <translation>{0} se ha eliminado</translation>
+    </message>
+    <message>
+        <source>Deleting {0}</source>
+        <translation>Eliminando {0}</translation>
+    </message>
+</context>
+<context>
+    <name>CameraFilesDialog</name>
+    <message>
+        <source>Files in the camera</source>
+        <translation>Archivos de la cámara</translation>
+    </message>
+    <message>
+        <source>Look-up tables, shading data, logs, firmware: the camera&apos;s manual describes their content. An upload is read back and compared.</source>
+        <translation>Tablas de consulta, datos de sombreado, registros, firmware: el manual de la cámara describe su contenido. Lo que se sube se vuelve a leer y se compara.</translation>
+    </message>
+    <message>
+        <source>Name</source>
+        <translation>Nombre</translation>
+    </message>
+    <message>
+        <source>Size</source>
+        <translation>Tamaño</translation>
+    </message>
+    <message>
+        <source>Details</source>
+        <translation>Detalles</translation>
+    </message>
+    <message>
+        <source>Progress of the transfer</source>
+        <translation>Progreso de la transferencia</translation>
+    </message>
+    <message>
+        <source>End the transfer; an upload that ends early has to be repeated as a whole</source>
+        <translation>Terminar la transferencia; una subida que termina antes debe repetirse entera</translation>
+    </message>
+    <message>
+        <source>Ca&amp;ncel</source>
+        <translation>Ca&amp;ncelar</translation>
+    </message>
+    <message>
+        <source>Save this file on the computer</source>
+        <translation>Guardar este archivo en el ordenador</translation>
+    </message>
+    <message>
+        <source>&amp;Download…</source>
+        <translation>&amp;Descargar…</translation>
+    </message>
+    <message>
+        <source>Replace this file in the camera by one of the computer</source>
+        <translation>Sustituir este archivo de la cámara por uno del ordenador</translation>
+    </message>
+    <message>
+        <source>&amp;Upload…</source>
+        <translation>&amp;Subir…</translation>
+    </message>
+    <message>
+        <source>Delete this file in the camera</source>
+        <translation>Eliminar este archivo de la cámara</translation>
+    </message>
+    <message>
+        <source>D&amp;elete…</source>
+        <translation>&amp;Eliminar…</translation>
+    </message>
+    <message>
+        <source>Close</source>
+        <translation>Cerrar</translation>
+    </message>
+    <message>
+        <source>Replace {0} in the camera by {1}?</source>
+        <translation>¿Sustituir {0} en la cámara por {1}?</translation>
+    </message>
+    <message>
+        <source>This is firmware: a wrong file, or a power cut meanwhile, may leave the camera useless.</source>
+        <translation>Es firmware: un archivo equivocado, o un corte de corriente mientras tanto, puede dejar la cámara inservible.</translation>
+    </message>
+    <message>
+        <source>Replace the firmware</source>
+        <translation>Sustituir el firmware</translation>
+    </message>
+    <message>
+        <source>The camera keeps no copy of its present content.</source>
+        <translation>La cámara no guarda copia de su contenido actual.</translation>
+    </message>
+    <message>
+        <source>Replace</source>
+        <translation>Sustituir</translation>
+    </message>
+    <message>
+        <source>Delete {0} in the camera?</source>
+        <translation>¿Eliminar {0} de la cámara?</translation>
+    </message>
+    <message>
+        <source>This cannot be undone.</source>
+        <translation>No se puede deshacer.</translation>
+    </message>
+    <message>
+        <source>Delete</source>
+        <translation>Eliminar</translation>
+    </message>
+    <message>
+        <source>{0} B</source>
+        <translation>{0} B</translation>
+    </message>
+</context>
+<context>
     <name>CameraTile</name>
     <message>
         <source>Close</source>
@@ -1317,6 +1463,54 @@ It {1}.</source>
         <source>actions that did not reach the camera: {0} of {1}; they were lost on the network</source>
         <translation>acciones que no llegaron a la cámara: {0} de {1}; se perdieron en la red</translation>
     </message>
+    <message>
+        <source>it has no PTP</source>
+        <translation>no tiene PTP</translation>
+    </message>
+    <message>
+        <source>PTP is off</source>
+        <translation>PTP está desactivado</translation>
+    </message>
+    <message>
+        <source>not locked to a master (PtpStatus {0})</source>
+        <translation>no está sincronizada con un maestro (PtpStatus {0})</translation>
+    </message>
+    <message>
+        <source>it follows another PTP master {0} than {1}</source>
+        <translation>sigue a otro maestro PTP, {0}, en lugar de {1}</translation>
+    </message>
+    <message>
+        <source>it follows another PTP master than {0}</source>
+        <translation>sigue a otro maestro PTP que {0}</translation>
+    </message>
+    <message>
+        <source>the cameras need {0} MB/s, but {1} of the link are {2} MB/s: lower every frame rate to {3} of it, reduce the images, or use a packed pixel format</source>
+        <translation>las cámaras necesitan {0} MB/s, pero el {1} del enlace son {2} MB/s: baje todas las frecuencias al {3}, reduzca las imágenes o use un formato de píxel empaquetado</translation>
+    </message>
+    <message>
+        <source>{0} needs {1} MB/s, more than its own cable carries ({2} MB/s)</source>
+        <translation>{0} necesita {1} MB/s, más de lo que lleva su propio cable ({2} MB/s)</translation>
+    </message>
+    <message>
+        <source>{0} cannot be paced: {1} kB of a frame would wait in the switch, whose buffer is {2} kB; trigger them one after the other</source>
+        <translation>no se puede regular {0}: {1} kB de una imagen esperarían en el conmutador, cuya memoria es de {2} kB; dispárelas una tras otra</translation>
+    </message>
+    <message>
+        <source>{0} is in use by {1}; close it there</source>
+        <translation>{1} está usando {0}; ciérrela allí</translation>
+    </message>
+    <message>
+        <source>another program</source>
+        <translation>otro programa</translation>
+    </message>
+    <message>
+        <source>a program at {0}</source>
+        <translation>un programa en {0}</translation>
+    </message>
+    <message>
+        <source>in use by {0}</source>
+        <translation>en uso por {0}</translation>
+    </message>
 </context>
 <context>
     <name>Errors</name>
@@ -1637,6 +1831,46 @@ It {1}.</source>
     <message>
         <source>Only in steps of {0}</source>
         <translation>Solo en pasos de {0}</translation>
+    </message>
+    <message>
+        <source>is not available while the camera streams; stop it first</source>
+        <translation>no está disponible mientras la cámara transmite; deténgala primero</translation>
+    </message>
+    <message>
+        <source>is read-only while the camera streams; stop it first</source>
+        <translation>es de solo lectura mientras la cámara transmite; deténgala primero</translation>
+    </message>
+    <message>
+        <source> and </source>
+        <translation> y </translation>
+    </message>
+    <message>
+        <source>{0} is {1}</source>
+        <translation>{0} es {1}</translation>
+    </message>
+    <message>
+        <source>is not available at the moment; it depends on other features: {0}</source>
+        <translation>no está disponible en este momento; depende de otras características: {0}</translation>
+    </message>
+    <message>
+        <source>is read-only at the moment; it depends on other features: {0}</source>
+        <translation>es de solo lectura en este momento; depende de otras características: {0}</translation>
+    </message>
+    <message>
+        <source>{0} to {1}</source>
+        <translation>{0} a {1}</translation>
+    </message>
+    <message>
+        <source> or </source>
+        <translation> o </translation>
+    </message>
+    <message>
+        <source>is not available while {0}; set {1}</source>
+        <translation>no está disponible mientras {0}; ajuste {1}</translation>
+    </message>
+    <message>
+        <source>is read-only while {0}; set {1}</source>
+        <translation>es de solo lectura mientras {0}; ajuste {1}</translation>
     </message>
 </context>
 <context>
@@ -3514,6 +3748,14 @@ It {1}.</source>
         <source>Eve&amp;nts…</source>
         <translation>E&amp;ventos…</translation>
     </message>
+    <message>
+        <source>Files &amp;of the camera…</source>
+        <translation>E&amp;xplorar los archivos de la cámara…</translation>
+    </message>
+    <message>
+        <source>Download, upload and delete files in the camera</source>
+        <translation>Descargar, subir y eliminar archivos de la cámara</translation>
+    </message>
 </context>
 <context>
     <name>ManualDialog</name>
@@ -3524,6 +3766,10 @@ It {1}.</source>
     <message>
         <source>&amp;Back</source>
         <translation>&amp;Atrás</translation>
+    </message>
+    <message>
+        <source>Close</source>
+        <translation>Cerrar</translation>
     </message>
 </context>
 <context>
@@ -4182,6 +4428,25 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Rig</name>
+    <message>
+        <source>grandmaster {0}</source>
+        <translation>reloj maestro {0}</translation>
+    </message>
+    <message>
+        <source>{0} µs from its master</source>
+        <translation>a {0} µs de su maestro</translation>
+    </message>
+    <message>
+        <source>fitted to the host&apos;s</source>
+        <translation>ajustado al del ordenador</translation>
+    </message>
+    <message>
+        <source>times of arrival</source>
+        <translation>momentos de llegada</translation>
+    </message>
+</context>
+<context>
     <name>RigController</name>
     <message>
         <source>Written to the cameras and into {0}.</source>
@@ -4313,6 +4578,42 @@ It {1}.</source>
     <message>
         <source>Complete sets: {0} · late: {1} · incomplete: {2}</source>
         <translation>Conjuntos completos: {0} · tardíos: {1} · incompletos: {2}</translation>
+    </message>
+    <message>
+        <source>Cameras</source>
+        <translation>Cámaras</translation>
+    </message>
+    <message>
+        <source>Events</source>
+        <translation>Eventos</translation>
+    </message>
+    <message>
+        <source>Events of the cameras, the newest first</source>
+        <translation>Eventos de las cámaras, el más reciente primero</translation>
+    </message>
+    <message>
+        <source>Time</source>
+        <translation>Hora</translation>
+    </message>
+    <message>
+        <source>Event</source>
+        <translation>Evento</translation>
+    </message>
+    <message>
+        <source>Values</source>
+        <translation>Valores</translation>
+    </message>
+    <message>
+        <source>The others &amp;follow</source>
+        <translation>Las otras s&amp;iguen</translation>
+    </message>
+    <message>
+        <source>Copy exposure time, gain and white balance of this camera to the others, as long as the rig is open; its file stays as it is</source>
+        <translation>Copiar tiempo de exposición, ganancia y balance de blancos de esta cámara a las otras mientras el grupo esté abierto; su archivo no cambia</translation>
+    </message>
+    <message>
+        <source>none: each has its own settings</source>
+        <translation>ninguna: cada una tiene sus propios ajustes</translation>
     </message>
 </context>
 <context>
@@ -5823,6 +6124,30 @@ It {1}.</source>
     <message>
         <source>The source reports no events.</source>
         <translation>La fuente no comunica eventos.</translation>
+    </message>
+    <message>
+        <source>The source has no files.</source>
+        <translation>La fuente no tiene archivos.</translation>
+    </message>
+    <message>
+        <source>Choose a file in the list.</source>
+        <translation>Elija un archivo de la lista.</translation>
+    </message>
+    <message>
+        <source>Files are transferred only by a computer that has the camera itself.</source>
+        <translation>Solo transfiere archivos el ordenador que tiene la cámara conectada.</translation>
+    </message>
+    <message>
+        <source>The camera does not let this file be read.</source>
+        <translation>La cámara no permite leer este archivo.</translation>
+    </message>
+    <message>
+        <source>The camera does not let this file be written.</source>
+        <translation>La cámara no permite escribir este archivo.</translation>
+    </message>
+    <message>
+        <source>Firmware is never deleted.</source>
+        <translation>El firmware nunca se elimina.</translation>
     </message>
 </context>
 <context>

@@ -61,6 +61,7 @@ NO_COUNT = {
     "{0}. The robot stands still. {1} poses were taken: compute from them, or start again",  # FEWEST_VIEWS
     "{0:.3f} px over {1} of {2} poses",  # FEWEST_VIEWS
     "{0:.1f} images/s · {1:.1f} MB/s",  # a rate, with its decimal
+    "{0} needs {1} MB/s, more than its own cable carries ({2} MB/s)",  # a rate as well
     "{0} fps · {1} shown",  # of frames a second
     "{0} free",  # bytes, with their unit
     "{0} sends messages that are no images ({1})",  # names of ports and topics
