@@ -50,7 +50,7 @@ class Unavailable(Enum):
         "Unavailable", "The source has no calibration: load one, or calibrate the camera."
     )
     RIG = QT_TRANSLATE_NOOP("Unavailable", "The source is no rig: “New rig…” makes one of several cameras.")
-    EVENTS = QT_TRANSLATE_NOOP("Unavailable", "The source reports no events.")
+    EVENTS = QT_TRANSLATE_NOOP("Unavailable", "The source reports no events. Those of a rig are in “Rig…”.")
     CHANGE = QT_TRANSLATE_NOOP("Unavailable", "Nothing was changed since the source was opened.")
     UNDONE = QT_TRANSLATE_NOOP("Unavailable", "Nothing was undone.")
     ENTRIES = QT_TRANSLATE_NOOP("Unavailable", "The list is empty.")
