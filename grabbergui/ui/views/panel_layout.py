@@ -14,6 +14,8 @@ LEAST_PANEL, LEAST_TOOL = 300, 230
 "Pixels of a window's height for sources and for features, and for a tool below them."
 LEAST_COLUMN, MOST_COLUMN, COLUMN_SHARE = 280, 390, 0.22
 "Width of the panels beside the image: pixels, and share of the window's width."
+VAST_SHARE = 0.14
+"Share of a window's width that they may have beyond `MOST_COLUMN`, on screens of 4K without scaling."
 SOURCES_SHARE, TOOLS_SHARE = 0.4, 0.26
 "Shares of the window's height: most for the sources, usual for the tools."
 BELOW_SHARE = 0.4
@@ -43,6 +45,12 @@ def arrangement_for(size: QSize, *, tool: bool) -> PanelArrangement:
     if size.width() >= LEAST_WIDTH and room >= 2 * LEAST_PANEL:
         return PanelArrangement.STACKED
     return PanelArrangement.TABS if room >= LEAST_PANEL else PanelArrangement.ONE
+
+
+def column_width(window: int) -> int:
+    """Return the width of the panels beside the image for a window of that width, in pixels."""
+    most = max(MOST_COLUMN, round(window * VAST_SHARE))
+    return min(most, max(LEAST_COLUMN, round(window * COLUMN_SHARE)))
 
 
 class PanelLayout(QObject):
@@ -159,7 +167,7 @@ class PanelLayout(QObject):
     def _usual_column(self) -> int:
         """Return the width of the panels beside the image for the window's width, and note both."""
         self._arranged_width = self._window.width()
-        self._column = min(MOST_COLUMN, max(LEAST_COLUMN, round(self._arranged_width * COLUMN_SHARE)))
+        self._column = column_width(self._arranged_width)
         return self._column
 
     def _fit_column(self) -> None:

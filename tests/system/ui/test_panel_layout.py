@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QAction, QApplication, QDockWidget
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.panel_layout import PanelArrangement, arrangement_for
+from grabbergui.ui.views.panel_layout import PanelArrangement, arrangement_for, column_width
 
 
 @pytest.fixture(autouse=True)
@@ -141,3 +141,11 @@ def test_the_sources_get_more_room_when_more_are_found(app):
     app.until(lambda: cards.count() == 6)
     app.until(lambda: cards.viewport().visibleRegion().boundingRect().height() > 2 * cards.sizeHintForRow(0))
     app.until(lambda: window.featuresDock.height() > window.sourcesDock.height())
+
+
+@pytest.mark.parametrize(
+    ("window", "column"), [(1024, 280), (1366, 301), (1920, 390), (2560, 390), (3840, 538)]
+)
+def test_the_column_has_a_width_that_suits_the_window(window, column):
+    """On a screen of 3840 pixels the histogram had a plot of 250."""
+    assert column_width(window) == column
