@@ -141,6 +141,12 @@ app.until(lambda: program.feature_controls.user_sets.dialog is not None)
 take("user-sets", program.feature_controls.user_sets.dialog)
 program.feature_controls.user_sets.dialog.close()
 
+window.actionCameraFiles.trigger()
+files = program.feature_controls.camera_files.dialog
+app.until(lambda: files.chosen is not None)
+take("files", files)
+files.close()
+
 shortcuts = ShortcutsDialog(window.menuBar(), window)
 shortcuts.show()
 take("shortcuts", shortcuts)

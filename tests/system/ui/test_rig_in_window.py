@@ -11,6 +11,12 @@ from grabbergui.rig.ui.rig_dialog import RigDialog
 SMALL = "sim:?width=64&height=48&fps=20&exposure=1000"
 
 
+def events(dialog):
+    """Name and values of the events that are listed."""
+    rows = map(dialog.eventTable.topLevelItem, range(dialog.eventTable.topLevelItemCount()))
+    return [(row.text(1), row.text(2)) for row in rows]
+
+
 def test_a_new_rig_of_the_open_cameras_is_one_source_with_its_state(make_app, tmp_path, monkeypatch):
     app = make_app()
     program, window = app.program, app.window
@@ -54,11 +60,9 @@ def test_a_new_rig_of_the_open_cameras_is_one_source_with_its_state(make_app, tm
     app.until(lambda: app.grabber.leader == "right")
     app.until(lambda: app.grabber.cameras["left"].feature("Gain").value == 3)
     app.until(lambda: seen.leaderBox.currentText() == "right")
-    event = DeviceEvent("FrameTriggerMissed", 9, {"EventFrameTriggerMissedFrameID": 4})
-    app.grabber.cameras["left"].event_received.emit(event)
-    app.until(lambda: seen.eventTable.topLevelItemCount() == 1)
-    assert seen.eventTable.topLevelItem(0).text(1) == "left.FrameTriggerMissed"
-    assert seen.eventTable.topLevelItem(0).text(2) == "FrameID 4"
+    # On a busy computer the cameras miss triggers, too, which are events of their own.
+    app.grabber.cameras["left"].event_received.emit(DeviceEvent("Overheated", 9, {"EventOverheatedAt": 71}))
+    app.until(lambda: ("left.Overheated", "At 71") in events(seen))
     bar = window.image.triggerBar
     app.until(lambda: bar.isVisible() and bar.repeatBox.isChecked() and bar.sendButton.isVisible())
     app.qtbot.mouseClick(bar.repeatBox, Qt.LeftButton, pos=bar.repeatBox.rect().center())
