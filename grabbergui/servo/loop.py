@@ -127,6 +127,7 @@ class ServoLoop:
         sound = robot is not None and robot.sound
         if robot is not None and sound:
             self._history.add(robot.time, robot.head)
+            self.own_motion.look(robot.time, self._camera_pose(robot.head))
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         captured = self.sighting.captured if self.sighting is not None else -np.inf
         fresh = -0.01 <= now - captured <= safety.image_timeout
@@ -214,7 +215,7 @@ class ServoLoop:
         camera = None if angles is None else self._camera_pose(angles)
         self.marker.update(sighting, camera)
         marker = sighting.only(self.config.marker.target)
-        self.own_motion.add(sighting.captured, camera, None if marker is None else marker.pose)
+        self.own_motion.add(sighting.captured, None if marker is None else marker.pose)
         self.person.update(sighting, camera)
         seen = self.marker.seen
         if seen is None:

@@ -20,12 +20,17 @@ WINDOW_S = 0.6
 "Seconds of the newest images that are compared: so few that a marker in a hand moves steadily meanwhile."
 LONGEST_LAG_S = 2.0
 "Longest lag that is measured."
+LAG_STEP_S = 0.03
 FEWEST = 5
 "Images in a window, at least."
-MOTION = math.radians(0.2)
+MOTION = math.radians(0.25)
 "Root mean square of a marker's deviation from a straight line, at least: several times a detection's noise."
 UNEXPLAINED = 0.4
 "Share of it that the head's motion may leave unexplained."
+DISTINCT_S, DISTINCT = 0.15, 2.0
+"Lags longer than permitted by so many seconds must leave so many times as much unexplained."
+IMAGES_IN_TIME = 3
+"Images in a row that must have shown it in time."
 NOD = math.radians(2.0)
 "How far the head nods: less than a target may be off centre."
 NOD_SPEED = math.radians(12.0)
@@ -47,47 +52,68 @@ class OwnMotionWatch:
         "Whether images have shown the head's motion in time since they last paused."
         self.lag = 0.0
         "Seconds by which they showed it too late; 0 if they did not."
+        self._lags = np.arange(0.0, LONGEST_LAG_S + LAG_STEP_S, LAG_STEP_S)
         self._permitted, self._pause = permitted, pause
         self._last = math.inf
-        self._images: deque[tuple[float, Pose, Vector]] = deque()
-        "Time, the camera in the base, the marker's place in the camera: (x, y, z, 1), NaN if it is not seen."
+        self._in_time = 0
+        "Number of images in a row that showed it in time."
+        self._cameras: deque[tuple[float, Pose]] = deque()
+        "Where the camera was: time, and its pose in the base."
+        self._markers: deque[tuple[float, Vector]] = deque()
+        "An image's time, and the marker's place in the camera as (x, y, z, 1)."
 
-    def add(self, captured: float, camera: Pose | None, marker: Pose | None) -> None:
-        """Add an image: its time, the camera's pose in the base, and the marker's in the camera, if known."""
+    def look(self, time: float, camera: Pose) -> None:
+        """Add a reading of the head's joints: the camera's pose in the base at a time."""
+        if not self._cameras or time > self._cameras[-1][0]:
+            self._cameras.append((time, camera))
+        while self._cameras[0][0] < time - LONGEST_LAG_S - 2 * WINDOW_S:
+            self._cameras.popleft()
+
+    def add(self, captured: float, marker: Pose | None) -> None:
+        """Add an image: its time, and the marker's pose in the camera; None if it is not seen."""
         if captured - self._last > self._pause:
-            self.shown, self.lag = False, 0.0
-            self._images.clear()
+            self.shown, self.lag, self._in_time = False, 0.0, 0
+            self._markers.clear()
         self._last = captured
-        if self.shown:
-            self._images.clear()
-        elif camera is not None:
-            self._images.append((captured, camera, np.full(4, np.nan) if marker is None else marker[:, 3]))
-            while self._images[0][0] < captured - LONGEST_LAG_S - WINDOW_S:
-                self._images.popleft()
+        if self.shown or marker is None or not self._cameras:
+            return
+        self._markers.append((captured, marker[:, 3]))
+        while self._markers[0][0] < captured - WINDOW_S:
+            self._markers.popleft()
+        if len(self._markers) >= FEWEST:
             self._compare()
 
     def _compare(self) -> None:
-        times = np.array([image[0] for image in self._images])
-        cameras = np.stack([image[1] for image in self._images])
-        markers = np.stack([image[2] for image in self._images])
-        newest = np.flatnonzero((times > times[-1] - WINDOW_S) & np.isfinite(markers[:, 0]))
-        if len(newest) < FEWEST:
+        """Find the lag that explains best how the marker moved in the newest images."""
+        when = np.array([moment for moment, _ in self._markers])
+        seen = np.stack([place for _, place in self._markers])
+        motion = _deviation(seen[:, :3], when)
+        if motion < MOTION * float(np.linalg.norm(seen[:, :3].mean(axis=0))):
             return
-        seen, when = markers[newest], times[newest]
-        distance = float(np.linalg.norm(seen[:, :3].mean(axis=0)))
-        least = UNEXPLAINED * _deviation(seen[:, :3], when)
-        if least < UNEXPLAINED * MOTION * distance:
-            return
-        best = None
-        for images_late in range(newest[-1] + 1):
-            # Before the first image the head rested.
-            then = np.maximum(newest - images_late, 0)
-            left = _deviation(np.einsum("nij,nj->ni", cameras[then, :3], seen), when)
-            if left < least:
-                best, least = float(when[-1] - times[then[-1]]), left
-        if best is not None:
-            self.shown = best <= self._permitted
-            self.lag = 0.0 if self.shown else best
+        left = np.array([_deviation(self._places(when - lag, seen), when) for lag in self._lags])
+        best = float(self._lags[left.argmin()])
+        if left.min() > UNEXPLAINED * motion:
+            self._in_time = 0
+        elif best > self._permitted:
+            self._in_time, self.lag = 0, best
+        elif left[self._lags > self._permitted + DISTINCT_S].min() > DISTINCT * left.min():
+            self._in_time += 1
+            if self._in_time >= IMAGES_IN_TIME:
+                self.shown, self.lag = True, 0.0
+                self._markers.clear()
+
+    def _places(self, times: Vector, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return places in the base, (n, 3) metres, of what the camera saw at (n,) times."""
+        known = np.array([time for time, _ in self._cameras])
+        poses = np.stack([camera for _, camera in self._cameras])
+        later = (
+            np.clip(np.searchsorted(known, times), 1, len(known) - 1) if len(known) > 1 else np.zeros(1, int)
+        )
+        earlier = np.maximum(later - 1, 0)
+        seconds = np.maximum(known[later] - known[earlier], 1e-9)
+        share = np.clip((times - known[earlier]) / seconds, 0.0, 1.0)[:, None, None]
+        cameras = poses[earlier] + share * (poses[later] - poses[earlier])
+        return np.asarray(np.einsum("nij,nj->ni", cameras[:, :3], seen), np.float64)
 
 
 def _deviation(places: NDArray[np.float64], when: Vector) -> float:

@@ -39,13 +39,20 @@ class LateCamera:
             off = off_centre(BOARD[:3, 3], self.robot.camera_pose(self.robot.head)) - (aside, 0)
             self.robot.head = self.robot.head - off * (1, -1)
 
-    def run(self, seconds, until=None):
-        """Return the states that were passed."""
-        states = []
+    def run(self, seconds, until=None, *, busy=False):
+        """Return the states that were passed; a `busy` computer misses cycles of the loop and images."""
+        states, idle = [], self.robot.time
         for _ in range(round(seconds / DT)):
             now = self.robot.time + DT
             self.robot.advance(now, DT)
-            self.sent.append(seeing(self.robot, now, self._shaken(self.board(now))))
+            if not busy or self.random.random() < 0.5:
+                self.sent.append(seeing(self.robot, now, self._shaken(self.board(now))))
+            if busy and now >= idle and self.random.random() < 0.06:
+                idle = now + self.random.uniform(0.05, 0.3)
+            if now < idle:
+                if idle - now < 0.15:  # as the watchdog
+                    self.robot.stop()
+                continue
             arrived = None
             while self.sent and self.sent[0].captured <= now - self.late + 1e-9:
                 arrived = dataclasses.replace(self.sent.popleft(), captured=now)
@@ -92,6 +99,17 @@ def test_images_that_become_late_stop_the_arm_until_they_are_in_time_again():
     assert "1.0 s late" in run.cycle.reason
     run.late = 0.0
     assert run.run(4.0, State.APPROACHING)[-1] is State.APPROACHING
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_busy_computer_does_not_take_late_images_for_those_of_now(seed):
+    """The arm had moved on for 113 mm: the head's path was known only where images had come."""
+    run = LateCamera(1.0)
+    run.random = np.random.default_rng(seed)
+    assert State.APPROACHING not in run.run(6.0, busy=True)
+    run = LateCamera()
+    run.random = np.random.default_rng(seed)
+    assert State.APPROACHING in run.run(6.5, State.APPROACHING, busy=True)
 
 
 def test_a_head_that_turned_to_the_marker_need_not_nod():
