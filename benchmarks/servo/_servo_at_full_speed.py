@@ -51,13 +51,7 @@ def main(kind: str, place: str = "") -> None:
     gate = CommandGate(robot, config, guardian)
     print(f"guardian {guardian.pid}", flush=True)
 
-    def watch() -> None:
-        while True:
-            gate.expire(time.monotonic())
-            gate.beat(time.monotonic())
-            time.sleep(0.02)
-
-    threading.Thread(target=watch, daemon=True).start()
+    threading.Thread(target=gate.watch, args=(lambda: True,), daemon=True).start()
     while robot.state() is None:
         time.sleep(0.01)
     start = robot.state().hand[:3, 3].copy()  # type: ignore[union-attr]

@@ -22,7 +22,7 @@ from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.servo.config import Config
 from grabbergui.servo.errors import RobotStoppedError
-from grabbergui.servo.guardian_link import ALLOWED, Guard, LocalGuard, Verdict
+from grabbergui.servo.guardian_link import ALLOWED, HEARTBEAT_S, Guard, LocalGuard, Verdict
 from grabbergui.servo.motion import STOPPING_S, MotionPlan, Observer, Space, limits_of, planned
 from grabbergui.servo.robots.robot import Bystander, Robot, RobotState
 
@@ -33,7 +33,6 @@ HEAD_STOPS_S = 0.05
 "Seconds in which the head would reach a joint's limit at the highest speed that it may have there."
 MOST_STEP = math.radians(10)
 "The largest relative move of the head."
-_WATCH_S = 0.02
 HERE = "this computer"
 "Where a stop was pressed: in the window, or on the keyboard."
 
@@ -267,12 +266,12 @@ class CommandGate:
         self._heed(self._guard.beat(lambda: self._moving))
 
     def watch(self, going: Callable[[], bool], clock: Callable[[], float] = time.monotonic) -> None:
-        """Be the watchdog, on a thread of its own, while `going`: `expire` and `beat` every 20 ms."""
+        """Be the watchdog, on a thread of its own, while `going`: `expire` and `beat` every `HEARTBEAT_S`."""
         while going():
             now = clock()
             self.expire(now)
             self.beat(now)
-            time.sleep(_WATCH_S)
+            time.sleep(HEARTBEAT_S)
 
     def expire(self, now: float) -> bool:
         """Stop a robot whose last command has expired; return whether it moved. For a watchdog."""

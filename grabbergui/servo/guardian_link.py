@@ -29,7 +29,8 @@ LONG_SILENCE_S = 1.0
 "Seconds of this program's silence after which only a person may resume a robot that the guardian stopped."
 END_S, HUNG_END_S = 5.0, 0.1
 "Seconds that the process may take to end, and that a hung one may."
-_PERIOD = 0.02
+HEARTBEAT_S = 0.02
+"Seconds between two heartbeats."
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ class GuardianLink(Guard):
         while (verdict := self.beat(_resting)) != ALLOWED:
             if self._failure or self._clock() > deadline:
                 raise SourceUnavailableError(f"the robot must not move: {verdict.why_not}")
-            time.sleep(_PERIOD)
+            time.sleep(HEARTBEAT_S)
 
     def renew(self) -> None:
         """Start another process if this one has ended, and wait until it is ready, because a person resumes.

@@ -17,9 +17,9 @@ from grabbergui.servo.clearance import FREE, Body, Box, Clearance, nearest_box, 
 from grabbergui.servo.config import Config
 from grabbergui.servo.kinematics import AT_LIMIT, LEVER, Chain
 from grabbergui.servo.monitor import Observation, SpeedLimits
-from grabbergui.servo.robots.robot import KinematicModel, RobotState
+from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 
-STOPPING_S = 0.2
+STOPPING_S = Robot.COMMAND_TIMEOUT
 "Seconds that a motion may last after its last command; all limits must hold for as long."
 DRIVES_S = 0.03
 "Seconds that drives take to follow a command to 63 %."
