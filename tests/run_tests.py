@@ -24,6 +24,7 @@ import slowest
 
 REPOSITORY = Path(__file__).parents[1]
 PACKAGE = REPOSITORY / "grabbergui"
+UNIT = REPOSITORY / "tests" / "unit"
 OUTCOME = REPOSITORY / "build" / "tests"
 
 
@@ -95,7 +96,16 @@ def pytest(*arguments: str) -> int:
     # Workers take a few tests at a time from one queue, which has the slowest first.
     command = ["-m", "pytest", "-n", "auto", "--dist", "load", "--maxschedchunk", "6"]
     command += arguments
-    return subprocess.run([sys.executable, *command], cwd=REPOSITORY, env=environment()).returncode
+    variables = environment()
+    if never_waits(arguments):
+        variables.setdefault("GRABBERGUI_TEST_WORKERS", str(os.cpu_count() or 1))
+    return subprocess.run([sys.executable, *command], cwd=REPOSITORY, env=variables).returncode
+
+
+def never_waits(arguments: Sequence[str]) -> bool:
+    """Return whether these are unit tests only: more workers than cores would only load more modules."""
+    paths = [Path(argument).resolve() for argument in arguments if not argument.startswith("-")]
+    return bool(paths) and all(UNIT in (path, *path.parents) for path in paths)
 
 
 def environment() -> dict[str, str]:

@@ -65,3 +65,9 @@ def test_a_report_with_a_file_name_in_latin_1_is_sent_to_the_process_that_began_
         gateway_base.dumps_internal(report)
     received = gateway_base.loads_internal(gateway_base.dumps_internal(isolation.sendable(report)))
     assert received == {**report, "sections": [("Captured log call", r"caf\udce9 µ")]}
+
+
+def test_only_the_tier_that_never_waits_has_as_few_workers_as_cores():
+    assert run_tests.never_waits(["-q", str(run_tests.UNIT), str(run_tests.UNIT / "core")])
+    assert not run_tests.never_waits([str(run_tests.UNIT), str(run_tests.REPOSITORY / "tests" / "system")])
+    assert not run_tests.never_waits(["-q"])

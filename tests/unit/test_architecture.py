@@ -5,6 +5,8 @@ from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 PACKAGE = Path(__file__).parents[2] / "grabbergui"
 MODULES = sorted(PACKAGE.rglob("*.py"))
 QT = {"PyQt5", "PyQt6", "PySide2", "PySide6", "pyqtgraph", "superqt", "qtpy"}
@@ -45,6 +47,13 @@ TWINS = {
 """Names of classes that stand for the same idea of two transports. Every other name means one thing."""
 
 CODE = (ast.ClassDef, ast.FunctionDef)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forget():
+    """Forget the trees: every later garbage collection would search their million objects."""
+    yield
+    parsed.cache_clear()
 
 
 @cache
