@@ -158,6 +158,7 @@ def observe(server: str, names: str, camera: str, seconds: float) -> Run:
         pipe, theirs = CONTEXT.Pipe()
         reader = CONTEXT.Process(target=read, args=(theirs, names, SETTLING + seconds), daemon=True)
         reader.start()
+        theirs.close()  # so that a reader without an image ends the wait for it
         stack.callback(reader.join, PATIENCE)
         pipe.recv()
         time.sleep(SETTLING)
@@ -186,7 +187,7 @@ def running(server: str, names: str) -> Iterator[int]:
 
 
 def read(pipe: Connection, names: str, seconds: float) -> None:
-    """Report the connection, then the arrival time of each image and the number in its first pixel."""
+    """Report the first image, then the arrival time of each image and the number in its first pixel."""
     port = InputPort("/benchmark/reader", NameClient.find(names), depth=4)
     with port:
         until = time.monotonic() + PATIENCE
@@ -198,6 +199,7 @@ def read(pipe: Connection, names: str, seconds: float) -> None:
                 if time.monotonic() > until:
                     raise
                 time.sleep(0.2)
+        port.read(PATIENCE)
         pipe.send(None)
         arrivals = []
         until = time.monotonic() + seconds + 1.0
