@@ -5,6 +5,7 @@ import threading
 import pytest
 
 from grabbergui import sources
+from grabbergui.models import tuning
 from opener_bench import Bench
 from operators import operator, sim  # noqa: F401
 from patience import PATIENCE
@@ -35,7 +36,10 @@ def stage():
 
 
 @pytest.fixture
-def stage_on_sim(stage):
+def stage_on_sim(stage, monkeypatch):
+    # On a busy machine two seconds pass between two frames of a camera that is far from silent.
+    monkeypatch.setattr(tuning, "SILENT", PATIENCE)
+
     def build(options="pixel_format=RGB8"):
         camera = sources.create(f"sim:?width=320&height=240&fps=60&{options}")
         camera.open()
