@@ -233,7 +233,7 @@ def test_a_calibration_file_that_is_refused_stops_no_server(tmp_path, caplog):
         ([SMALL], 2, "serve on what?"),
         (["--from", "/no/such.ini"], 2, "no configuration file /no/such.ini"),
         (["--index", "9999", "--terminal"], 1, "there is no camera 9999"),
-        ([SMALL, "--yarp", "/cam", "--nameserver", "127.0.0.1:1"], 1, "name server"),
+        ([SMALL, "--yarp", "/cam", "--nameserver", "127.0.0.1:1"], 1, "--with-name-server"),
         ([SMALL, "--yarp", "no slash", "--with-name-server", "--nameserver", "127.0.0.1:0"], 2, "no slash"),
         ([SMALL, "--yarp", "/cam", "--with-name-server", "--nameserver", "nowhere"], 2, "HOST:PORT"),
         ([SMALL, "--yarp", "/cam", "--period", "nan"], 2, "period nan"),
