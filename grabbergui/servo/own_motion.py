@@ -96,7 +96,7 @@ class OwnMotionWatch:
             self._in_time = 0
         elif best > self._permitted:
             self._in_time, self.lag = 0, best
-        elif left[self._lags > self._permitted + DISTINCT_S].min() > DISTINCT * left.min():
+        elif left[self._lags > self._permitted + DISTINCT_S].min(initial=np.inf) > DISTINCT * left.min():
             self._in_time += 1
             if self._in_time >= IMAGES_IN_TIME:
                 self.shown, self.lag = True, 0.0

@@ -13,7 +13,7 @@ from grabbergui.driver.sim.rendered_scene import at
 from grabbergui.servo.config import Config, HeadConfig
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.loop import ServoLoop
-from grabbergui.servo.own_motion import NOD, NOD_PERIOD_S, Nod
+from grabbergui.servo.own_motion import NOD, NOD_PERIOD_S, Nod, OwnMotionWatch
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import ARM
 from grabbergui.servo.state_machine import State
@@ -110,6 +110,15 @@ def test_a_busy_computer_does_not_take_late_images_for_those_of_now(seed):
     run = LateCamera()
     run.random = np.random.default_rng(seed)
     assert State.APPROACHING in run.run(6.5, State.APPROACHING, busy=True)
+
+
+def test_where_any_age_is_permitted_every_motion_is_in_time():
+    watch, tilts = OwnMotionWatch(60.0, 90.0), np.radians([0, 0, 0, 1, 2, 1, 0, 0, 0, 0])
+    for moment, tilt in enumerate(tilts):
+        camera = teo.MODEL.camera_pose(np.array([0.0, tilt]))
+        watch.look(0.05 * moment, camera)
+        watch.add(0.05 * moment, geometry.inverse(camera) @ BOARD)
+    assert watch.shown
 
 
 def test_a_head_that_turned_to_the_marker_need_not_nod():
