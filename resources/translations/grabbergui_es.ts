@@ -6122,10 +6122,6 @@ It {1}.</source>
         <translation>La fuente no es un grupo: «Nuevo grupo de cámaras…» hace uno de varias cámaras.</translation>
     </message>
     <message>
-        <source>The source reports no events.</source>
-        <translation>La fuente no comunica eventos.</translation>
-    </message>
-    <message>
         <source>The source has no files.</source>
         <translation>La fuente no tiene archivos.</translation>
     </message>
@@ -6148,6 +6144,10 @@ It {1}.</source>
     <message>
         <source>Firmware is never deleted.</source>
         <translation>El firmware nunca se elimina.</translation>
+    </message>
+    <message>
+        <source>The source reports no events. Those of a rig are in “Rig…”.</source>
+        <translation>La fuente no comunica eventos. Los de un grupo están en «Grupo de cámaras…».</translation>
     </message>
 </context>
 <context>
