@@ -234,31 +234,36 @@ def test_escape_gives_up_drawing(app):
 
 def test_while_a_region_is_drawn_all_else_steps_back(app):
     app.until(app.window.actionRegion.isEnabled)
-    app.window.actionPause.trigger()
-    app.window.actionRegion.trigger()
-    settle(app)
     canvas = app.window.image.canvas
-    begin, end = (canvas.frameToView(*point).toPoint() for point in ((300, 200), (900, 800)))
 
     def light(x, y):
         place = canvas.frameToView(x, y).toPoint()
         return canvas.grab().toImage().pixelColor(place).value()
 
-    seen = []
+    def at_rest():
+        """Outside and inside of the region, once frames that were on their way are painted, too."""
+        seen = []
 
-    def still():
-        seen.append((light(100, 100), light(700, 500)))
-        return len(seen) > 5 and len(set(seen[-5:])) == 1
+        def still():
+            seen.append((light(100, 100), light(700, 500)))
+            return len(seen) > 5 and len(set(seen[-5:])) == 1
 
-    app.until(still)  # frames that were on their way when it was paused are painted, too
-    before = seen[-1]
+        settle(app)
+        app.until(still)
+        return seen[-1]
+
+    app.window.actionPause.trigger()
+    fitted = at_rest()
+    app.window.actionRegion.trigger()
+    before = at_rest()  # with a margin around the sensor, so that other pixels of the image are painted
+    begin, end = (canvas.frameToView(*point).toPoint() for point in ((300, 200), (900, 800)))
     app.qtbot.mousePress(canvas.viewport(), Qt.LeftButton, pos=begin)
     moved = QMouseEvent(QEvent.MouseMove, QPointF(end), Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
     QApplication.sendEvent(canvas.viewport(), moved)
     app.until(lambda: light(100, 100) < 0.7 * before[0])
     assert light(700, 500) == before[1]
     app.qtbot.keyClick(canvas, Qt.Key_Escape)
-    app.until(lambda: light(100, 100) == before[0])
+    app.until(lambda: (light(100, 100), light(700, 500)) == fitted)
 
 
 def test_the_reported_size_counts_every_touched_pixel():
