@@ -313,7 +313,9 @@ def test_a_server_that_vanished_without_closing_its_connections_is_read_again(sc
     assert lost.wait(PATIENCE)
     ours = next(contact for contact in scene.names.list("/grabbergui/") if contact.name.endswith("/grabber"))
     # What a server's machine that loses its power leaves behind: a connection that says nothing any more.
-    dead = connect_output("/grabber", "/grabber", ours.name, ours.address, carrier.FAST_TCP, None)
+    dead = connect_output(
+        "/grabber", "/grabber", ours.name, ours.address, carrier.FAST_TCP, None, pytest.fail
+    )[0]
     assert isinstance(remote, YarpGrabber) and remote._stream is not None
     until(lambda: remote._stream.connected, "the dead connection")
     queue.clear()

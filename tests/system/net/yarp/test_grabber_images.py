@@ -190,7 +190,7 @@ def test_components_of_a_server_that_vanished_without_closing_its_connections_co
     assert lost.wait(PATIENCE)
     # What a server's machine that loses its power leaves behind: connections that say nothing any more.
     dead = [
-        connect_output(of, of, contact.name, contact.address, carrier.FAST_TCP, None)
+        connect_output(of, of, contact.name, contact.address, carrier.FAST_TCP, None, pytest.fail)[0]
         for of in ("/grabber/range", "/grabber/confidence")
         for contact in ranging.names.list("/grabbergui/")
         if contact.name.endswith(of)
