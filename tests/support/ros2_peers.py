@@ -57,7 +57,8 @@ class ParameterProbe(Probe):
     def __init__(self, node):
         from rclpy.parameter_client import AsyncParameterClient
 
-        super().__init__("parameter_probe")
+        # A name of its own: the graph cannot tell the clients of two nodes of one name apart.
+        super().__init__(f"parameter_probe{node.replace('/', '_')}")
         self._client = AsyncParameterClient(self.node, node)
         assert self._client.wait_for_services(PATIENCE)
 

@@ -16,6 +16,7 @@ import pytest
 
 from desktop import PROGRAMS, Camera, Operator, screen
 from grabbergui import sources
+from grabbergui.core.errors import SourceNotFoundError
 from grabbergui.net.yarp.os.name_server import NameServer
 from patience import PROGRAM, until
 
@@ -365,6 +366,15 @@ def show_panes(day):
         day.agrees("four panes" if beside else "one pane")
 
 
+def opens(remote):
+    """Whether a source opens; its server may not have all its ports yet."""
+    try:
+        remote.open()
+    except SourceNotFoundError:
+        return False
+    return True
+
+
 def share(day, first):
     """Share the camera on YARP, by a name server of our own, with a program that sets it; then stop."""
     operator = day.operator
@@ -385,7 +395,7 @@ def share(day, first):
         name = operator.ask(f"{box}.nameEdit.text()")
         day.agrees("shared")
         with closing(sources.create(f"yarp:{name}?nameserver={address}")) as remote:
-            remote.open()
+            until(lambda: opens(remote), "the camera's ports")
             with closing(remote.open_queue(1)) as queue:
                 remote.start()
                 assert queue.get(PROGRAM).width == 640
