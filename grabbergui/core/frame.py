@@ -33,8 +33,8 @@ class BufferPool:
     bounded: `take` returns None once `limit` buffers are in use. For buffers of 4 MB or more numpy requests
     huge pages, into which the kernel copies faster.
 
-    A buffer is in use as long as any array, memoryview or other object that looks into it refers to it: so
-    Python's own count of references tells, and nothing runs when the last of them is gone.
+    A buffer is in use as long as any array, memoryview or other object that looks into it refers to it.
+    Python's reference count shows that, and nothing runs when the last of them is gone.
     """
 
     _UNUSED = 2

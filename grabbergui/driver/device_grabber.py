@@ -313,7 +313,7 @@ class DeviceGrabber(ReconnectingGrabber):
         except EmitLoopError as error:
             if not isinstance(error.__cause__, ReferenceError):
                 raise
-            # Another thread removed a listener just now; notify the others again.
+            # Another thread removed a listener during the call; notify the rest once more.
             self.features_changed.emit(names)
 
     def _event_already_on(self) -> bool:

@@ -32,7 +32,6 @@ HOMES = {
 """Library: the only folders that import it."""
 
 TWINS = {
-    "Ack",  # of GVCP; of YARP
     "Block",  # these, of GVSP; of USB3 Vision
     "BlockAssembler",
     "ControlChannel",  # GVCP; GenCP

@@ -23,7 +23,7 @@ from grabbergui.net.yarp.os.binary import (
 )
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, encode_header
-from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.events import Acknowledgement, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import BottleScanner, LineReader, Receiver, TextBottle
 from grabbergui.net.yarp.os.values import Dialect
 
@@ -37,7 +37,7 @@ NAMES_LIMIT: Final = 4 << 20
 """Size of a name server's answer, in bytes."""
 
 _SHORT_REPLY: Final = 1024
-_ACK: Final = Ack()
+_ACK: Final = Acknowledgement()
 _ACK_LINE: Final = "<ACK>"
 _MARK: Final = 8
 """Size of what begins every header and is all of an acknowledgement, in bytes."""
@@ -93,11 +93,11 @@ class Codec:
         """Read the reply to a message."""
         return None
 
-    def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
+    def read_answer(self, data: ReceiveBuffer) -> Reply | Acknowledgement | None:
         """Read a reply, or the acknowledgement if there is none."""
         return None
 
-    def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
+    def read_acknowledgement(self, data: ReceiveBuffer) -> Acknowledgement | None:
         """Read the acknowledgement of a message."""
         return None
 
@@ -213,13 +213,13 @@ class BinaryCodec(Codec):
         self._scanner, self.missing = None, 1
         return Reply(data.take(size))
 
-    def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
+    def read_answer(self, data: ReceiveBuffer) -> Reply | Acknowledgement | None:
         """Read a Bottle or an acknowledgement, whose first two bytes no Bottle begins with."""
         if len(data.data) < _MARK:
             return None
         return self.read_acknowledgement(data) if data.data.startswith(b"YA") else self.read_reply(data)
 
-    def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
+    def read_acknowledgement(self, data: ReceiveBuffer) -> Acknowledgement | None:
         """Read eight bytes."""
         if len(data.data) < _MARK:
             return None
@@ -237,7 +237,7 @@ class BinaryCodec(Codec):
                 return encode_message(event.command, event.parts or ([event.body] if event.body else ()))
             case Reply():
                 return list(event.parts) or [event.body]
-            case Ack():
+            case Acknowledgement():
                 return [ACK]
             case Header():
                 return [encode_header(event.carrier, event.sender, event.group)]
@@ -289,7 +289,7 @@ class TextCodec(Codec):
         line = self._reply_lines.take(data.data)
         return None if line is None else Reply(text=line)
 
-    def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
+    def read_answer(self, data: ReceiveBuffer) -> Reply | Acknowledgement | None:
         """Read the lines before `<ACK>`, or that line if there is no reply."""
         while (line := self._reply_lines.take(data.data)) is not None:
             if line == _ACK_LINE:
@@ -297,7 +297,7 @@ class TextCodec(Codec):
             self._add_to_reply(line)
         return None
 
-    def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
+    def read_acknowledgement(self, data: ReceiveBuffer) -> Acknowledgement | None:
         """Return the acknowledgement that ended the reply."""
         return _ACK
 
@@ -314,7 +314,7 @@ class TextCodec(Codec):
                 return _encode_lines(event.command)
             case Reply():
                 return _encode_lines(event.text)
-            case Ack():
+            case Acknowledgement():
                 return _encode_lines(_ACK_LINE)
         return super().write(event)
 

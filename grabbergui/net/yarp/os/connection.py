@@ -20,7 +20,7 @@ from grabbergui.net.yarp.os.binary import MESSAGE_LIMIT
 from grabbergui.net.yarp.os.bottle import Buffer
 from grabbergui.net.yarp.os.carrier import NAME_SER, Carrier
 from grabbergui.net.yarp.os.codecs import Codec, HeaderCodec, ReceiveBuffer, codec_for
-from grabbergui.net.yarp.os.events import Ack, Closed, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.events import Acknowledgement, Closed, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import Receiver, new_memory
 from grabbergui.net.yarp.os.values import Dialect
 
@@ -77,11 +77,11 @@ TRANSITIONS: Final[dict[Phase, dict[tuple[Who, type[Event]], Phase]]] = {
     },
     Phase.ANSWER: {
         (Who.RECEIVER, Reply): Phase.ACKNOWLEDGEMENT,
-        (Who.RECEIVER, Ack): Phase.READY,
+        (Who.RECEIVER, Acknowledgement): Phase.READY,
         (Who.RECEIVER, Closed): Phase.CLOSED,
     },
     Phase.ACKNOWLEDGEMENT: {
-        (Who.RECEIVER, Ack): Phase.READY,
+        (Who.RECEIVER, Acknowledgement): Phase.READY,
         (Who.RECEIVER, Closed): Phase.CLOSED,
     },
     Phase.SWITCHED: {},

@@ -75,7 +75,7 @@ class Reply:
 
 
 @dataclass(frozen=True)
-class Ack:
+class Acknowledgement:
     """Acknowledges a message on tcp and text_ack, after the reply."""
 
 
@@ -84,4 +84,4 @@ class Closed:
     """The peer has closed the connection between two events."""
 
 
-Event = Header | HeaderReply | Message | Reply | Ack | Closed
+Event = Header | HeaderReply | Message | Reply | Acknowledgement | Closed

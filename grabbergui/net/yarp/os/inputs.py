@@ -35,7 +35,7 @@ from grabbergui.net.yarp.os.datagram_sockets import (
     receive_datagrams,
 )
 from grabbergui.net.yarp.os.datagrams import Reassembler
-from grabbergui.net.yarp.os.events import Ack, Event, Header, HeaderReply, Message
+from grabbergui.net.yarp.os.events import Acknowledgement, Event, Header, HeaderReply, Message
 from grabbergui.net.yarp.os.events import Reply as ReplyEvent
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.local_sockets import LocalReceiver, local_receiver
@@ -346,7 +346,7 @@ class Input:
         if message.code == "q" and self._carrier.text:
             return False
         if self._carrier.acknowledged:
-            answer.append(Ack())
+            answer.append(Acknowledgement())
         if answer:
             link.send(*answer)
         if message.code == "r":

@@ -19,7 +19,7 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.connection import NEED_DATA, Wait, YarpConnection
-from grabbergui.net.yarp.os.events import Ack, Closed, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.events import Acknowledgement, Closed, Event, Header, HeaderReply, Message, Reply
 
 E = TypeVar("E", bound=Event)
 _READ_BYTES = 4096
@@ -78,7 +78,7 @@ class Link:
             reply, event = event, self.next_event(deadline)
         else:
             reply = None
-        if isinstance(event, Ack):
+        if isinstance(event, Acknowledgement):
             return reply
         raise TransportError("the peer closed the connection")
 

@@ -26,7 +26,7 @@ from grabbergui.net.yarp.os.connection import (
     YarpConnection,
     next_phase,
 )
-from grabbergui.net.yarp.os.events import Ack, Closed, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.events import Acknowledgement, Closed, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.values import Dialect
 from yarp_messages import BINARY, BOTTLE, D, arriving, message, ready
 from yarp_transcripts import Conversation, read, streams
@@ -39,9 +39,9 @@ TURNS = {
         ("opener", [Header(wire.TCP, "/a")], b"YA\xe4\x1e\0\0RP\x03\0\0\0/a\0"),
         ("acceptor", [HeaderReply(10002)], b"YA\x12'\0\0RP"),
         ("opener", [Message("d", BINARY)], message(D, BINARY)),
-        ("acceptor", [Reply(BINARY), Ack()], bytes(BINARY) + b"YA\0\0\0\0RP"),
+        ("acceptor", [Reply(BINARY), Acknowledgement()], bytes(BINARY) + b"YA\0\0\0\0RP"),
         ("opener", [Message("D 3 4.5", BINARY)], message(b"\x08\0\0\0~\0\0\1D 3 4.5\0", BINARY)),
-        ("acceptor", [Ack()], b"YA\0\0\0\0RP"),
+        ("acceptor", [Acknowledgement()], b"YA\0\0\0\0RP"),
         ("opener", [Message("/\udcffX")], message(b"\4\0\0\0~\0\0\1/\xffX\0")),
     ],
     "fast_tcp": [
@@ -59,8 +59,8 @@ TURNS = {
         ("opener", [Header(wire.TCP, "/a")], b"YA\xe4\x1e\0\0RP\x03\0\0\0/a\0"),
         ("acceptor", [HeaderReply(1)], b"YA\1\0\0\0RP"),
         ("opener", [Message("r")], message(b"\0\0\0\0~r\0\1")),
-        ("acceptor", [Ack(), Message("d", BINARY)], b"YA\0\0\0\0RP" + message(D, BINARY)),
-        ("opener", [Reply(BINARY), Ack()], bytes(BINARY) + b"YA\0\0\0\0RP"),
+        ("acceptor", [Acknowledgement(), Message("d", BINARY)], b"YA\0\0\0\0RP" + message(D, BINARY)),
+        ("opener", [Reply(BINARY), Acknowledgement()], bytes(BINARY) + b"YA\0\0\0\0RP"),
         ("acceptor", [Message("q")], message(b"\2\0\0\0~\0\0\1q\0")),
     ],
     "fast_tcp, reversed": [
@@ -84,11 +84,11 @@ TURNS = {
         ("opener", [Header(wire.TEXT_ACK, "\udcff")], b"CONNACK \xff\r\n"),
         ("acceptor", [HeaderReply(sender="\udcff")], b"Welcome \xff\r\n"),
         ("opener", [Message("a", text="[list] [in]")], b"a\r\n[list] [in]\r\n"),
-        ("acceptor", [Reply(text=""), Ack()], b"\r\n<ACK>\r\n"),
+        ("acceptor", [Reply(text=""), Acknowledgement()], b"\r\n<ACK>\r\n"),
         ("opener", [Message("*")], b"*\r\n"),
-        ("acceptor", [Reply(text="one\r\ntwo"), Ack()], b"one\r\ntwo\r\n<ACK>\r\n"),
+        ("acceptor", [Reply(text="one\r\ntwo"), Acknowledgement()], b"one\r\ntwo\r\n<ACK>\r\n"),
         ("opener", [Message("D", text="1")], b"D\r\n1\r\n"),
-        ("acceptor", [Ack()], b"<ACK>\r\n"),
+        ("acceptor", [Acknowledgement()], b"<ACK>\r\n"),
     ],
     "udp": [
         ("opener", [Header(wire.UDP, "/\udcffX")], b"YA\x61\x1e\0\0RP\x04\0\0\0/\xffX\0"),
@@ -262,7 +262,7 @@ def test_real_requests_and_replies(name, dialect, step):
         events = replayed(conversation, dialect, step)
         for (side, event), (_, following) in itertools.pairwise(events):
             if side == "S" and isinstance(event, Reply):
-                assert following == Ack()
+                assert following == Acknowledgement()
                 assert Bottle.decode(event.body, dialect)
                 calls += 1
     assert calls >= 5
@@ -376,7 +376,7 @@ def test_random_bytes_become_events_or_an_error(data, header):
                 if event.carrier is not wire.NAME_SER and event.carrier.replies:
                     acceptor.send(HeaderReply(1))
             elif acceptor.carrier.acknowledged:
-                acceptor.send(Ack())
+                acceptor.send(Acknowledgement())
     except (RemoteProtocolError, TransportError) as error:
         assert re.search(r"\w+ \w+", str(error))
     assert acceptor.phase in (Phase.CLOSED, Phase.ERROR, Phase.SWITCHED, Phase.READY)

@@ -18,7 +18,7 @@ from grabbergui.net.yarp.os.connection import (
     Phase,
     YarpConnection,
 )
-from grabbergui.net.yarp.os.events import Ack, Closed, Header, Message, Reply
+from grabbergui.net.yarp.os.events import Acknowledgement, Closed, Header, Message, Reply
 from grabbergui.net.yarp.os.values import Dialect, Float32, Vocab
 from yarp_messages import BINARY, D, arriving, message, ready
 
@@ -56,7 +56,7 @@ def test_a_reply_of_many_lines_has_a_limit(piece, monkeypatch):
             opener.send(Message("d", text=""))
             with nullcontext() if allowed else pytest.raises(RemoteProtocolError, match="more than 12 bytes"):
                 (reply, ack) = arriving(opener, piece * count + b"<ACK>\r\n")
-                assert reply.text + "\r\n" == (piece * count).decode() and ack == Ack()
+                assert reply.text + "\r\n" == (piece * count).decode() and ack == Acknowledgement()
             if not allowed:
                 break
 
@@ -79,7 +79,7 @@ def test_a_binary_reply_has_a_limit(monkeypatch):
         opener, _ = ready()
         opener.send(Message("d", BINARY))
         with nullcontext() if reply is allowed else pytest.raises(RemoteProtocolError, match="bytes"):
-            assert arriving(opener, reply + ACK, 1)[-1] == Ack()
+            assert arriving(opener, reply + ACK, 1)[-1] == Acknowledgement()
 
 
 @pytest.mark.parametrize("dialect", Dialect)
@@ -89,7 +89,7 @@ def test_a_short_reply_is_decoded_once(dialect):
     opener.send(Message("d", BINARY))
     data = Bottle([1, Float32(2.5), "a"]).encode(dialect)
     reply, ack = arriving(opener, data + ACK)
-    assert reply.bottle == [1, 2.5, "a"] and reply.body == data and ack == Ack()
+    assert reply.bottle == [1, 2.5, "a"] and reply.body == data and ack == Acknowledgement()
     assert opener.missing == 1
 
 
@@ -98,7 +98,7 @@ def test_an_acknowledgement_within_a_reply_does_not_end_it():
     opener.send(Message("d", BINARY))
     data = Bottle(["a", ACK, 5]).encode()
     reply, ack = arriving(opener, data + ACK, 1)
-    assert reply.body == data and ack == Ack()
+    assert reply.body == data and ack == Acknowledgement()
 
 
 @pytest.mark.parametrize("carrier", [wire.TCP, wire.FAST_TCP])
@@ -153,4 +153,4 @@ def test_a_long_reply_is_not_copied_when_it_is_complete():
     opener.receive_data(reply[100_000:] + ACK)
     held = opener._data.data
     assert opener.next_event().body.obj is held
-    assert opener.missing == 1 and opener.next_event() == Ack()
+    assert opener.missing == 1 and opener.next_event() == Acknowledgement()
