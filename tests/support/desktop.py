@@ -229,7 +229,10 @@ class Operator:
                 seen.append((now, place))
             return place if now - seen[-1][0] >= SETTLED else None
 
-        place = until(settled, f"{widget} where it can be clicked")
+        try:
+            place = until(settled, f"{widget} where it can be clicked")
+        except AssertionError as error:
+            raise AssertionError(f"{error}: {self.ask(f'hindrance({widget}, {x}, {y})')}") from None
         self._do("mousemove", *place)
 
     def click(self, widget: str, x: float = 0.5, y: float = 0.5) -> None:

@@ -14,16 +14,30 @@ from PyQt5.QtWidgets import QAbstractButton, QAbstractSpinBox, QApplication, QLi
 window, program = app.window, app.program  # noqa: F821  what a script finds
 
 
+def spot(widget, x, y):
+    """A part of a widget in the desktop's coordinates."""
+    return widget.mapToGlobal(QPoint(round(x * (widget.width() - 1)), round(y * (widget.height() - 1))))
+
+
 def place(widget, x=0.5, y=0.5):
     """Where a part of a widget is on the screen, in its pixels; None where it cannot be clicked."""
     if widget is None or not widget.isVisible():
         return None
-    point = widget.mapToGlobal(QPoint(round(x * (widget.width() - 1)), round(y * (widget.height() - 1))))
+    point = spot(widget, x, y)
     under = QApplication.widgetAt(point)
     if under is not widget and not widget.isAncestorOf(under):
         return None
     ratio = widget.devicePixelRatioF()
     return round(point.x() * ratio), round(point.y() * ratio)
+
+
+def hindrance(widget, x=0.5, y=0.5):
+    """What may explain that a part of a widget cannot be clicked."""
+    if widget is None or not widget.isVisible():
+        return "it does not exist, or is hidden"
+    under = QApplication.widgetAt(spot(widget, x, y))
+    seen = widget.visibleRegion().boundingRect().getRect()
+    return f"{under} is there; of {widget.rect().getRect()} only {seen} is seen"
 
 
 def row(name):

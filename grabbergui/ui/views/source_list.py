@@ -221,6 +221,8 @@ class SourceListView(QWidget):
             current = next((tile for tile in self.gallery.tiles if tile.property("current")), None)
             self._unseen = False
             if current is not None:
+                if (bar := self.scrollArea.verticalScrollBar()) is not None:
+                    bar.setValue(0)  # no tile above it is cut for nothing
                 self.scrollArea.ensureWidgetVisible(current, 0, 0)
             return
         card = cards.visualItemRect(items[0])

@@ -33,6 +33,7 @@ def app(make_app):
     app.until(lambda: image.componentTabs.count() == 3)
     image.sideBySideBox.click()
     app.until(lambda: set(image.paneArea.panes) == {"Range", "Confidence"})
+    app.settled(lambda: [each.geometry() for each in (image.canvas, *image.paneArea.panes.values())])
     return app
 
 
@@ -71,7 +72,7 @@ def test_a_click_chooses_a_component_and_every_component_keeps_its_place_and_col
     app.until(lambda: set(area.panes) == {"Intensity", "Confidence"})
     assert image.componentTabs.currentIndex() == 1
     app.until(lambda: image.canvas.geometry() == range_place)
-    assert area.panes["Intensity"].geometry() == was
+    app.until(lambda: area.panes["Intensity"].geometry() == was)
     assert colours[""].isChecked() and settings.settings.colour_map == ""
     assert settings.settings.of_other("Intensity").colour_map == "Inferno"
 

@@ -53,6 +53,19 @@ def test_the_source_that_is_opened_comes_into_view_also_in_a_lower_panel(view, q
     qtbot.waitUntil(lambda: is_in_view(view, 15))
 
 
+def test_no_tile_is_cut_for_nothing_above_the_one_that_comes_into_view(view, qtbot):
+    """The first tile was half out of view, though both had room: the list scrolled before it was laid out."""
+    listed = [ListedSource(source.info, connected=row < 2) for row, source in enumerate(sources(6))]
+    tiles = [view.gallery.addTile() for _ in range(2)]
+    view.setSources(listed)
+    qtbot.waitUntil(lambda: view.scrollArea.verticalScrollBar().maximum() > 30)
+    view.scrollArea.verticalScrollBar().setValue(30)
+    tiles[1].setCurrent(True)
+    view.setCurrent(listed[1].info.uri, True)
+    qtbot.waitUntil(lambda: tiles[0].visibleRegion().boundingRect() == tiles[0].rect())
+    assert tiles[1].visibleRegion().boundingRect() == tiles[1].rect()
+
+
 def test_tiles_and_sources_scroll_together(view, qtbot):
     """Tiles and list had a scroll bar each, and little room."""
     view.setSources(sources(20))
