@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration.marker_pose import MarkerDetection, located
+from grabbergui.calibration.square_edges import intersected
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
@@ -80,6 +81,7 @@ class ArucoDetector:
         squares = [np.asarray(square, np.float64).reshape(4, 2) for square in corners]
         if factor > 1:
             squares = [_refined(grey, square, factor) for square in squares]
+        squares = [intersected(grey, square) for square in squares]
         return [
             self._with_pose(MarkerDetection(int(marker_id), square), grey.shape[1], grey.shape[0])
             for marker_id, square in zip(np.ravel(ids), squares, strict=True)
