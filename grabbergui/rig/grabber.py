@@ -257,10 +257,17 @@ class RigGrabber(FrameGrabber):
             trigger.undo()
             raise
         if self.entry.trigger.by != "free":
+            leader = self.entry.trigger.leader
             self._watches = {
-                name: TriggerWatch(camera, self.entry.trigger, self._settings, partial(self._host_time, name))
+                name: TriggerWatch(
+                    camera,
+                    self.entry.trigger,
+                    self._settings,
+                    partial(self._host_time, name),
+                    partial(self._host_time, leader) if leader else None,
+                )
                 for name, camera in self.cameras.items()
-                if name != self.entry.trigger.leader
+                if name != leader
             }
         self._trigger = trigger
 
@@ -415,8 +422,8 @@ class RigGrabber(FrameGrabber):
         if camera == self.entry.trigger.leader:
             lost = max(0, frame.frame_id - self._leader_frame - 1) if self._leader_frame else 0
             self._leader_frame = frame.frame_id
-            for other in self._watches.values():
-                other.note_sent(stamp.time_ns, acknowledged=True, lost_before=lost)
+            for other in self._watches.values() if frame.timestamp_ns else ():
+                other.note_sent(frame.timestamp_ns, acknowledged=True, lost_before=lost)
         elif (watch := self._watches.get(camera)) is not None:
             watch.note_frame(frame)
 

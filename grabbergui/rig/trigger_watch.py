@@ -28,7 +28,8 @@ log = logging.getLogger(__name__)
 KEPT = 512
 "Events, frames and triggers that are kept of each kind."
 MISSED = "FrameTriggerMissed"
-FRAMES = "frames"
+FRAMES, SENT = "frames", "sent"
+ToHost = Callable[[int], HostTime | None]
 SETTLED = 1.0
 "Seconds after which a trigger that was sent has made its frame, or never will."
 
@@ -78,7 +79,8 @@ class TriggerWatch:
         grabber: FrameGrabber,
         entry: TriggerEntry,
         settings: UndoableSettings,
-        to_host: Callable[[int], HostTime | None],
+        to_host: ToHost,
+        leader_to_host: ToHost | None = None,
         *,
         selected: Selected = (),
         burst_frames: int = 1,
@@ -87,6 +89,7 @@ class TriggerWatch:
         """Switch the events on; `settings` takes note of what is to be put back.
 
         `to_host` returns the host's time at a time of the camera; None while its clock is not known.
+        `leader_to_host` does so for the leading camera that triggers this one, if there is one.
         `selected` is the entry of TriggerSelector, if it is not the selected one; each trigger makes
         `burst_frames`, and with `frame_start_waits` each of these waits for a trigger of its own.
         """
@@ -94,6 +97,7 @@ class TriggerWatch:
         self._burst_frames = burst_frames
         self._frame_start_waits = frame_start_waits
         self._to_host = to_host
+        self._leader_to_host = leader_to_host
         self._grabber = grabber
         self._entry = entry
         self._lock = threading.Lock()
@@ -113,9 +117,10 @@ class TriggerWatch:
         self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
 
     def note_sent(self, moment_ns: int, *, acknowledged: bool, lost_before: int = 0) -> None:
-        """Take note of a trigger that was sent to this camera, by us or the leader, on the host's clock.
+        """Take note of a trigger that was sent to this camera, by us or the leader, on the sender's clock.
 
-        `lost_before` exposures of the leader came before that, whose frames were lost.
+        The leader's times are converted when they are judged: by then its clock is known best, and how
+        exactly. `lost_before` exposures of the leader came before that, whose frames were lost.
         """
         with self._lock:
             if acknowledged:  # first, so that a window never has fewer acknowledges
@@ -183,10 +188,12 @@ class TriggerWatch:
         by_line = self._entry.by == "line"
         clock_ns = 0
         if by_line:
-            mapped, clock_ns = self._on_host_clock({**events, FRAMES: frames})
-            frames = mapped.pop(FRAMES)
-            events = mapped
-            sent = sent if clock_ns else ()
+            events, clock_ns = _on_host_clock(self._to_host, {**events, FRAMES: frames})
+            frames = events.pop(FRAMES)
+            if self._leader_to_host is not None:
+                leaders, uncertainty_ns = _on_host_clock(self._leader_to_host, {SENT: sent})
+                sent = leaders[SENT] if clock_ns and uncertainty_ns else ()
+                clock_ns += uncertainty_ns
         edges = by_line and {self._rising, self._falling} <= self._on
         return TriggerEvidence(
             self._source,
@@ -209,18 +216,6 @@ class TriggerWatch:
             accepted=self._keys_accepted(),
             acknowledged=acknowledged if self._entry.by == "action" else None,
             rate=0.0 if by_line else self._entry.rate,
-        )
-
-    def _on_host_clock(self, events: dict[str, tuple[int, ...]]) -> tuple[dict[str, tuple[int, ...]], int]:
-        """Return events on the host's clock, and how exact they are; 0 if the clock is not known."""
-        found = {name: [self._to_host(time) for time in times] for name, times in events.items()}
-        known = {name: [each for each in times if each is not None] for name, times in found.items()}
-        uncertain = [each.uncertainty_ns for times in known.values() for each in times]
-        if any(len(known[name]) < len(times) for name, times in events.items()) or not uncertain:
-            return events, 0
-        # The leader's clock is as uncertain as this one.
-        return {name: tuple(each.time_ns for each in times) for name, times in known.items()}, 2 * max(
-            uncertain
         )
 
     def _switch_on(self, name: str, settings: UndoableSettings) -> bool:
@@ -288,3 +283,15 @@ class TriggerWatch:
         names = ("ActionDeviceKey", "ActionGroupKey", "ActionGroupMask")
         values = [value for name in names if isinstance(value := self._value(name), int)]
         return ActionKeys(*values) if len(values) == len(names) else None
+
+
+def _on_host_clock(
+    to_host: ToHost, times: dict[str, tuple[int, ...]]
+) -> tuple[dict[str, tuple[int, ...]], int]:
+    """Return times on the host's clock, and how exact they are; unchanged and 0 if the clock is not known."""
+    found = {name: [to_host(each) for each in some] for name, some in times.items()}
+    known = {name: [each for each in some if each is not None] for name, some in found.items()}
+    uncertainties = [each.uncertainty_ns for some in known.values() for each in some]
+    if not uncertainties or any(len(known[name]) < len(some) for name, some in times.items()):
+        return times, 0
+    return {name: tuple(each.time_ns for each in some) for name, some in known.items()}, max(uncertainties)
