@@ -87,10 +87,10 @@ class OwnMotionWatch:
         """Find the lag that explains best how the marker moved in the newest images."""
         when = np.array([moment for moment, _ in self._markers])
         seen = np.stack([place for _, place in self._markers])
-        motion = _deviation(seen[:, :3], when)
+        motion = float(_deviations(seen[:, :3], when))
         if motion < MOTION * float(np.linalg.norm(seen[:, :3].mean(axis=0))):
             return
-        left = np.array([_deviation(self._places(when - lag, seen), when) for lag in self._lags])
+        left = _deviations(self._places(when - self._lags[:, None], seen), when)
         best = float(self._lags[left.argmin()])
         if left.min() > UNEXPLAINED * motion:
             self._in_time = 0
@@ -102,25 +102,26 @@ class OwnMotionWatch:
                 self.shown, self.lag = True, 0.0
                 self._markers.clear()
 
-    def _places(self, times: Vector, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return places in the base, (n, 3) metres, of what the camera saw at (n,) times."""
+    def _places(self, times: NDArray[np.float64], seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return places in the base, (lags, n, 3) metres, of what the camera saw at (lags, n) times."""
         known = np.array([time for time, _ in self._cameras])
-        poses = np.stack([camera for _, camera in self._cameras])
-        later = (
-            np.clip(np.searchsorted(known, times), 1, len(known) - 1) if len(known) > 1 else np.zeros(1, int)
-        )
+        poses = np.array([camera[:3] for _, camera in self._cameras])
+        later = np.clip(np.searchsorted(known, times), min(1, len(known) - 1), len(known) - 1)
         earlier = np.maximum(later - 1, 0)
         seconds = np.maximum(known[later] - known[earlier], 1e-9)
-        share = np.clip((times - known[earlier]) / seconds, 0.0, 1.0)[:, None, None]
-        cameras = poses[earlier] + share * (poses[later] - poses[earlier])
-        return np.asarray(np.einsum("nij,nj->ni", cameras[:, :3], seen), np.float64)
+        share = np.clip((times - known[earlier]) / seconds, 0.0, 1.0)[..., None]
+        # Where each pose would show it, (cameras, n, 3), once for all lags.
+        shown = np.einsum("kij,nj->kni", poses, seen)
+        image = np.arange(len(seen))
+        before = shown[earlier, image]
+        return np.asarray(before + share * (shown[later, image] - before), np.float64)
 
 
-def _deviation(places: NDArray[np.float64], when: Vector) -> float:
-    """Return the root mean square of places' (n, 3) distances from steady motion."""
+def _deviations(places: NDArray[np.float64], when: Vector) -> NDArray[np.float64]:
+    """Return the root mean squares (...) of places' (..., n, 3) distances from steady motion."""
     basis = np.linalg.qr(np.stack((np.ones_like(when), when - when[0]), axis=1))[0]
     off = places - basis @ (basis.T @ places)
-    return float(np.sqrt((off**2).sum(axis=1).mean()))
+    return np.asarray(np.sqrt((off**2).sum(axis=-1).mean(axis=-1)), np.float64)
 
 
 class Nod:
