@@ -105,13 +105,16 @@ class Network:
         """Pull the host's cable (`down`), or put it back (`up`)."""
         assert not run("ip", "-n", self.host, "link", "set", self.device, state).returncode
 
-    def start_camera(self, settings: str, address: str = CAMERA, device: str = "eth0", *options: str) -> None:
+    def start_camera(
+        self, settings: str, address: str = CAMERA, device: str = "eth0", *options: str
+    ) -> subprocess.Popen[str]:
         camera = self.programs.start(
             self.camera, "-m", "grabbergui", "simulate", "--gige", address, "--camera", settings, *options,
             GRABBERGUI_INTERFACES=device,
         )  # fmt: skip
         assert camera.stdout is not None
         assert address in camera.stdout.readline()
+        return camera
 
 
 class Host:

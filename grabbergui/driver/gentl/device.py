@@ -196,7 +196,21 @@ class GentlDevice(Device):
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         if self._receiving is not None:
             raise LocalProtocolError("the stream is open already")
-        self._receiving = GentlStream(self._opened(), request, deliver, self.report_lost)
+        ticks = self._tick_frequency()
+        self._receiving = GentlStream(self._opened(), request, deliver, self.report_lost, ticks)
+
+    def _tick_frequency(self) -> int:
+        """Return the ticks per second of the camera's clock, by the producer or the camera; 0 if unknown."""
+        with suppress(gentl.GenericException):
+            if frequency := int(self._opened().timestamp_frequency):
+                return frequency
+        if self._transport_layer == "U3V":
+            return 1_000_000_000  # USB3 Vision 1.1, 5.4.2: nanoseconds
+        if self._transport_layer != "GEV":
+            return 0
+        with suppress(GrabberError):  # the producer may not expose the registers
+            return int.from_bytes(self.read(BootstrapRegister.TICK_FREQUENCY_HIGH, 8), "big")
+        return 0
 
     def _opened(self) -> Any:
         device = self._device

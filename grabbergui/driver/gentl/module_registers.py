@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from genicam import genapi
+
+from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.description import fetch_description
 from grabbergui.driver.genapi.cleaning import clean_xml, port_name
 from grabbergui.driver.genapi.loading import load
@@ -13,6 +16,7 @@ from grabbergui.driver.gentl.errors import answering
 
 ORDER_MECHANISM = "DeviceEndianessMechanism"
 """Feature of the local device module; `Legacy`: registers of four bytes are accessed as numbers."""
+WRITABLE = (genapi.EAccessMode.WO, genapi.EAccessMode.RW)
 
 
 @dataclass
@@ -31,8 +35,8 @@ class _LocalRegisters:
 def choose_order_mechanism(device: Any, *, numbers: bool) -> None:
     """Tell the producer of an open GigE Vision camera how to access registers of four bytes.
 
-    GenICam standard 2.1.1, 3.1.3. A producer without the feature decides by itself.
-    Raises GrabberError if the producer's own description cannot be read.
+    GenICam standard 2.1.1, 3.1.3. A producer decides by itself without the feature, or where it only
+    shows it, as Baumer's does. Raises GrabberError if the producer's own description cannot be used.
     """
     with answering("reading the producer's description of its device module"):
         registers = _LocalRegisters(device.local_port)
@@ -43,6 +47,10 @@ def choose_order_mechanism(device: Any, *, numbers: bool) -> None:
         nodes, port = load(text), RegisterPort(registers)
         nodes.connect(port, port_name(text))
         try:
-            nodes.get_node(ORDER_MECHANISM).value = "Legacy" if numbers else "Standard"
+            mechanism = nodes.get_node(ORDER_MECHANISM)
+            if mechanism.get_access_mode() in WRITABLE:
+                mechanism.value = "Legacy" if numbers else "Standard"
+        except genapi.GenericException as error:
+            raise RemoteProtocolError(f"the producer's {ORDER_MECHANISM} cannot be set: {error}") from error
         finally:
             nodes.disconnect()

@@ -40,14 +40,17 @@ class GentlStream:
         request: StreamRequest,
         deliver: Callable[[Frame], None],
         on_gone: Callable[[str], None],
+        tick_frequency: int,
     ) -> None:
         """`device`: a gentl.Device. Both functions are called on the receiving thread and must not wait.
 
-        `on_gone` is called with the reason if the camera is lost. Raises TransportError, DeviceStatusError,
-        DeviceLostError.
+        `tick_frequency`: ticks per second of the camera's clock, for producers that deliver its ticks but no
+        nanoseconds; 0 if unknown. `on_gone` is called with the reason if the camera is lost. Raises
+        TransportError, DeviceStatusError, DeviceLostError.
         """
         self._deliver = deliver
         self._on_gone = on_gone
+        self._tick_frequency = tick_frequency
         self._deliver_incomplete = request.deliver_incomplete
         self._counter = FrameCounter()
         self._stopping = threading.Event()
@@ -185,7 +188,7 @@ class GentlStream:
             height=_number(buffer, "height"),
             pixel_format=pfnc.by_code(_number(buffer, "pixel_format")),
             frame_id=frame_id,
-            timestamp_ns=_number(buffer, "timestamp_ns"),
+            timestamp_ns=self._timestamp_ns(buffer),
             received_ns=time.time_ns(),
             status=FrameStatus.COMPLETE if complete else FrameStatus.INCOMPLETE,
             offset_x=_number(buffer, "offset_x"),
@@ -193,6 +196,13 @@ class GentlStream:
             padding_x=_number(buffer, "padding_x"),
             big_endian=_number(buffer, "pixel_endianness") == gentl.PIXELENDIANNESS_IDS.PIXELENDIANNESS_BIG,
         )
+
+    def _timestamp_ns(self, buffer: Any) -> int:
+        """Return a buffer's time in nanoseconds, which GenTL has since 1.4; 0 if it is unknown."""
+        if nanoseconds := _number(buffer, "timestamp_ns"):
+            return nanoseconds
+        hz = self._tick_frequency
+        return _number(buffer, "timestamp") * 1_000_000_000 // hz if hz else 0
 
 
 def _complete(buffer: Any) -> bool:

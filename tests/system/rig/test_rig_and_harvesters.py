@@ -1,14 +1,9 @@
-"""harvesters opens each camera of a rig alone, through the GenTL producer of a camera maker.
-
-It needs the package `harvesters`, and a producer for GigE Vision in a folder of GENICAM_GENTL64_PATH, for
-example Baumer's `libbgapi2_gige.cti`, which their SDK and Roboception's rc_genicam_api contain.
-"""
+"""harvesters opens each camera of a rig alone, through a camera maker's GenTL producer."""
 
 from __future__ import annotations
 
 import importlib.util
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -16,6 +11,7 @@ import pytest
 
 from grabbergui.rig import rig_file
 from grabbergui.rig.rig_file import CameraEntry, RigEntry, TriggerEntry
+from makers_producer import needs_producer, producer
 from namespaces import CAMERA, Network, network, run
 
 __all__ = ["network"]
@@ -49,16 +45,8 @@ os._exit(0)  # harvesters 1.4.3 fails where it revokes the producer's buffers
 """
 
 
-def producer() -> Path | None:
-    folders = os.environ.get("GENICAM_GENTL64_PATH", "").split(os.pathsep)
-    found = (file for folder in folders if folder for file in Path(folder).glob("*gige*.cti"))
-    return next(found, None)
-
-
-@pytest.mark.skipif(
-    importlib.util.find_spec("harvesters") is None or producer() is None,
-    reason="harvesters, or a GenTL producer for GigE Vision in GENICAM_GENTL64_PATH, is not installed",
-)
+@needs_producer
+@pytest.mark.skipif(importlib.util.find_spec("harvesters") is None, reason="harvesters is not installed")
 def test_each_camera_is_opened_alone(network: Network, tmp_path: Path) -> None:
     network.join()
     run("ip", "-n", network.camera, "addr", "add", f"{SECOND}/24", "dev", "eth0")

@@ -337,6 +337,16 @@ def test_a_producer_is_expected_how_registers_are_accessed(numbers, value):
     assert int.from_bytes(module.mechanism, "little") == value
 
 
+def test_a_producer_that_only_shows_how_it_accesses_registers_keeps_its_way():
+    """Baumer's producer for GigE Vision (GAPI 2.9); its cameras could not be opened."""
+    module = LocalModule()
+    module.XML = module.XML.replace(b"<AccessMode>RW<", b"<AccessMode>RO<")
+    module.url_info_list = [SimpleNamespace(url=f"Local:tl.xml;1000;{len(module.XML):x}")]
+    module.mechanism = b"\1\0\0\0"
+    choose_order_mechanism(SimpleNamespace(local_port=module), numbers=True)
+    assert module.mechanism == b"\1\0\0\0"
+
+
 @pytest.mark.parametrize(("kind", "expected"), [("GEV", [True]), ("U3V", [])])
 def test_only_gige_cameras_have_two_ways(grabber, monkeypatch, kind, expected):
     heard = []
