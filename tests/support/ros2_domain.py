@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import fcntl
 import functools
+import os
 import random
 import tempfile
 from importlib import resources
 from pathlib import Path
-from typing import IO
 
 import isolation
 
@@ -19,25 +19,20 @@ _DOMAINS = range(1, 101)
 @functools.cache
 def own_domain() -> dict[str, str]:
     """Return the environment variables that keep nodes in this domain and on this machine."""
-    global _held
     for domain in random.sample(_DOMAINS, len(_DOMAINS)):
-        lock = (Path(tempfile.gettempdir()) / f"grabbergui-test-ros-domain-{domain}").open("w")
+        name = Path(tempfile.gettempdir()) / f"grabbergui-test-ros-domain-{domain}"
+        lock = os.open(name, os.O_CREAT | os.O_RDWR)  # kept until the process ends
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            lock.close()
+            os.close(lock)
             continue
-        _held = lock
         return {
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             "FASTDDS_DEFAULT_PROFILES_FILE": str(_profile_for_small_images()),
         }
     raise RuntimeError("a hundred ROS domains are in use")
-
-
-_held: IO[str] | None = None
-"""Keeps the lock."""
 
 
 def _profile_for_small_images() -> Path:

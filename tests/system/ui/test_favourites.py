@@ -39,8 +39,10 @@ def app(make_app):
     app = make_app()
     app.connect("sim:?width=320&height=240&fps=15")
     strip = app.window.favourites
+    app.wait_for_cards(3)
     app.until(lambda: len({(card.x(), card.y()) for card in strip.shownCards}) == 3)  # they have their places
     app.until(lambda: all(strip.rect().contains(card.geometry()) for card in strip.shownCards))
+    app.settled(lambda: [card.geometry() for card in strip.shownCards])
     return app
 
 
@@ -138,7 +140,9 @@ def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
         app.program.feature_controls.favourites.add(name)
     app.until(lambda: len(pinned(app)) == MOST_PINNED)
     strip = app.window.favourites
+    app.wait_for_cards(MOST_PINNED)
     app.until(lambda: len({card.y() for card in strip.shownCards}) > 1)
+    app.settled(lambda: [card.geometry() for card in strip.shownCards])
     assert all(card.geometry().right() <= strip.width() for card in strip.shownCards)
     assert strip.place_at(strip.shownCards[3].geometry().center() + QPoint(-60, 0)) == 3
     app.program.feature_controls.favourites.add(names[MOST_PINNED])

@@ -236,7 +236,7 @@ def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(app):
     window.sourcesDock.raise_()
     first = window.gallery.tiles[0]
     app.until(lambda: first.visibleRegion().boundingRect().bottom() == first.rect().bottom())
-    assert window.image.canvas.height() >= 120
+    app.until(lambda: window.image.canvas.height() >= 120)
 
 
 @pytest.mark.parametrize(
@@ -278,7 +278,7 @@ def test_the_overflow_arrow_of_the_tool_bar_is_whole(app, qapp, request):
     window.resize(640, 480)
     arrow = window.toolBar.findChild(QToolButton, "qt_toolbar_ext_button")
     app.until(arrow.isVisible)
-    app.qtbot.wait(50)
+    app.settled(arrow.geometry)
     assert arrow.width() >= 16
     assert window.toolBar.rect().contains(arrow.geometry())
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from grabber_stage import Stage, stage
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from patience import until
+from patience import PATIENCE
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -49,6 +50,15 @@ def names() -> Iterator[NameClient]:
 
 @pytest.fixture
 def no_thread_is_left() -> Iterator[None]:
-    """Wait after the test until every thread of a port has ended."""
+    """Wait after the test until every thread of its ports has ended, and name those that have not.
+
+    A thread that was there before the test is another's, which has reported it.
+    """
+    before = set(threading.enumerate())
     yield
-    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads")
+    begun = time.monotonic()
+    started = [t for t in threading.enumerate() if t.name.startswith("yarp ") and t not in before]
+    for thread in started:
+        thread.join(max(0.0, begun + PATIENCE - time.monotonic()))
+    left = [thread.name for thread in started if thread.is_alive()]
+    assert not left, f"threads left behind: {left}"
