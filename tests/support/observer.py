@@ -86,6 +86,7 @@ def said():
         "state": text_of(strip.stateLabel).removeprefix("● "),
         "tone": strip.stateLabel.property("tone"),
         "messages": strip.messages.messages,
+        "heard": heard,
         "losses": text_of(strip.lossLabel),
         "loss tone": strip.lossLabel.property("tone"),
         "tiles": [tile(each) for each in window.gallery.tiles],
@@ -142,6 +143,18 @@ def answer():
         print(json.dumps(reply), flush=True)
 
 
+heard: list[str] = []
+"Texts of messages about the current camera, in the order in which they appeared; some go by themselves."
+
+
+def hear():
+    shown = [each.text for each in program.messages.shown(program.open_sources.current)]
+    heard.extend(text for text in reversed(shown) if text not in present)
+    present[:] = shown
+
+
+present: list[str] = []
+program.messages.changed.connect(hear)
 buffer = bytearray()
 listener = QSocketNotifier(sys.stdin.fileno(), QSocketNotifier.Read)
 listener.activated.connect(answer)
