@@ -46,6 +46,14 @@ def approaching(runner, simulated):
     until(lambda: runner.loop.machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
 
 
+def at_rest(twists):
+    """Whether the newest command heard by now, perhaps later than by the robot, is to rest."""
+    newest = [twists.get() for _ in range(twists.qsize())][-1:]
+    return [(t.linear.x, t.linear.y, t.linear.z, t.angular.x) for t in (each.twist for each in newest)] == [
+        (0, 0, 0, 0)
+    ]
+
+
 def test_joint_states_that_cease_end_all_motion(runner, simulated, listener):
     twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
     approaching(runner, simulated)
@@ -71,8 +79,7 @@ def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, liste
     until(lambda: runner.loop.machine.state is State.STOPPED)
     assert "does not move as commanded" in runner.loop.machine.reason
     until(lambda: simulated.robot.speed < 1e-3)
-    last = [twists.get() for _ in range(twists.qsize())][-1].twist
-    assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
+    until(lambda: at_rest(twists), "a last command to rest")
 
 
 def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config):
