@@ -121,7 +121,8 @@ class RunnerServer:
         self._runner, self._calibration = runner, calibration
         self._to, self._from = to_window, from_window
         self._moments: deque[Moment] = deque(maxlen=_MOST_CYCLES)
-        self._frame: Frame | None = None
+        self._frame: tuple[float, Frame] | None = None
+        "The newest image that was not sent, and the time of its cycle, with which or after which it is sent."
         self._taken = True
         self._failures: deque[str] = deque(maxlen=10)
         self._confirmed = 0
@@ -150,7 +151,7 @@ class RunnerServer:
 
     def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
         if frame is not None:
-            self._frame = frame
+            self._frame = cycle.time, frame
         self._moments.append(self._runner.loop.moment(cycle))
         self._check_heartbeat()  # here, because a hanging window may block the reporting thread
 
@@ -167,9 +168,10 @@ class RunnerServer:
     def _report(self) -> ProxyReport:
         runner, moments, failures = self._runner, _emptied(self._moments), _emptied(self._failures)
         frame = calibration = None
-        if moments and self._taken and self._frame is not None:
-            newest, self._frame, self._taken = self._frame, None, False
-            frame = replace(newest, parts=(), chunks={}, chunk_payload=None)
+        waiting = self._frame
+        if moments and self._taken and waiting is not None and waiting[0] <= moments[-1].cycle.time:
+            self._frame, self._taken = None, False
+            frame = replace(waiting[1], parts=(), chunks={}, chunk_payload=None)
             try:
                 calibration = self._calibration(frame.width, frame.height)
             except GrabberError as error:

@@ -44,10 +44,7 @@ class Pair:
         self.proxy.open()
 
     def cycle(self, seconds, frame=None, state=State.CENTRING):
-        state_of = self.runner.robot.state()
-        self.runner.cycle_done.emit(
-            ControlCycle(seconds, state, "", Command(), (0.0, 0.0), (0.1, 0.2), state_of), frame
-        )
+        self.runner.cycle_done.emit(cycle_of(self, seconds, state), frame)
 
     def kill_window(self):
         """End as the kernel ends a process that dies; the proxy's reader ends with the loop's pipe."""
@@ -66,8 +63,15 @@ class Pair:
             pipe.close()
 
 
+def cycle_of(pair, seconds, state=State.CENTRING):
+    state_of = pair.runner.robot.state()
+    return ControlCycle(seconds, state, "", Command(), (0.0, 0.0), (0.1, 0.2), state_of)
+
+
 @pytest.fixture
-def pair():
+def pair(monkeypatch):
+    """Both ends; a stop is waited for until it is confirmed, however busy the machine is."""
+    monkeypatch.setattr(servo_proxy, "CONFIRMATION_TIMEOUT", PATIENCE)
     made = Pair()
     yield made
     made.close()
@@ -91,6 +95,25 @@ def test_cycles_and_images_reach_the_window_with_the_state_of_the_loop(pair):
     assert np.allclose(pair.proxy.robot.camera_pose(here.head), pair.runner.robot.camera_pose(here.head))
     assert np.allclose(pair.proxy.robot.skeleton(here)[0], pair.runner.robot.skeleton(here)[0])
     assert pair.proxy.calibration(*SIZE).matrix == pytest.approx(closed_loop.calibration().matrix)
+
+
+def test_an_image_is_reported_with_its_cycle_or_a_later_one(pair):
+    pair.server.close()  # reports are made by hand, one of them between an image and its cycle
+    reports = []
+
+    class Interrupted(type(pair.server._moments)):
+        def append(self, moment):
+            reports.append(pair.server._report())
+            super().append(moment)
+
+    pair.server._threads[0].join(PATIENCE)
+    pair.server._moments, pair.server._frame, pair.server._taken = Interrupted(), None, True
+    for number in range(2):
+        pair.server._on_cycle(cycle_of(pair, number / 10), frame(number) if number == 1 else None)
+    reports.append(pair.server._report())
+    assert [(len(report.moments), report.frame is not None) for report in reports] == [
+        (0, False), (1, False), (1, True),
+    ]  # fmt: skip
 
 
 def test_a_window_shows_the_proxy_as_it_shows_a_run(pair):
@@ -148,6 +171,8 @@ def test_a_second_stop_does_not_wait_for_a_first_that_hangs(pair, monkeypatch):
     monkeypatch.setattr(servo_proxy, "CONFIRMATION_TIMEOUT", 0.2)
     pair.proxy.emergency_stop("first")
     assert pair.failures == ["the loop has not confirmed the stop within 0.2 s"]
+    until(lambda: stops)
+    monkeypatch.setattr(servo_proxy, "CONFIRMATION_TIMEOUT", PATIENCE)
     pair.proxy.emergency_stop("second")
     hangs.set()
     assert stops == ["first", "second"]
@@ -269,6 +294,7 @@ def test_a_window_that_hangs_stops_the_robot_once(pair, monkeypatch):
 def test_a_window_that_is_late_makes_the_robot_wait_until_it_answers(pair, monkeypatch):
     pair.proxy.heartbeat()
     until(lambda: pair.server._last_heartbeat)
+    monkeypatch.setattr(servo_proxy, "HEARTBEAT_TIMEOUT", PATIENCE)
     monkeypatch.setattr(servo_proxy, "HEARTBEAT_LATE", 0.0)
     until(lambda: (pair.cycle(1.0), pair.runner.gate.paused)[1])
     assert pair.runner.gate.paused == servo_proxy.NOT_ANSWERING
