@@ -31,6 +31,8 @@ from grabbergui.recording.recorder import create_writer
 from patience import PATIENCE, attempts, until
 
 STEP_NS = 50_000_000
+MANY = 500
+"Frames that a queue holds, so that on a busy machine none is dropped."
 
 
 def note(index, **other):
@@ -62,7 +64,7 @@ def player(folder):
 
 
 def test_frames_are_paced_as_recorded(player):
-    queue = player.open_queue(16)
+    queue = player.open_queue(MANY)
     player.start()
 
     def paced():
@@ -74,7 +76,7 @@ def test_frames_are_paced_as_recorded(player):
 
 def test_speed_changes_while_it_plays(player):
     player.write_feature("PlaybackSpeed", 10)
-    queue = player.open_queue(16)
+    queue = player.open_queue(MANY)
     player.start()
     for watch in attempts(6 * STEP_NS / 1e9):
         with watch:
@@ -86,7 +88,7 @@ def test_a_higher_speed_shortens_the_wait_for_the_next_frame(folder):
     (folder / "frames.jsonl").write_text("".join(note(index, received_ns=index * 10**10) for index in (1, 2)))
     player = playback.create(SourceUri.parse(f"file:{folder}?speed=0.05"))
     player.open()
-    queue = player.open_queue(16)
+    queue = player.open_queue(MANY)
     player.start()
     assert queue.get(PATIENCE).frame_id == 1
     player.write_feature("PlaybackSpeed", 20)
@@ -96,13 +98,13 @@ def test_a_higher_speed_shortens_the_wait_for_the_next_frame(folder):
 
 def test_loop_goes_round_and_can_be_ended(player):
     player.write_feature("PlaybackSpeed", 20)
-    queue = player.open_queue(64)
+    queue = player.open_queue(MANY)
     player.start()
     ids = [queue.get(PATIENCE).frame_id for _ in range(13)]
     assert ids == [*range(6), *range(6), 0]
     player.write_feature("PlaybackLoop", False)
     with pytest.raises(FrameTimeoutError):
-        for _ in range(20):
+        for _ in range(2 * MANY):
             queue.get(0.5)
     assert player.feature("PlaybackActive").value is False
     assert player.feature("PlaybackPosition").value == 5
@@ -129,7 +131,7 @@ def test_while_paused_it_shows_the_position_that_is_set(player):
 
 def test_it_continues_from_a_position_that_was_sought(player):
     player.write_feature("PlaybackActive", False)
-    queue = player.open_queue(16)
+    queue = player.open_queue(MANY)
     player.start()
     assert queue.get(PATIENCE).frame_id == 0
     player.write_feature("PlaybackPosition", 3)
@@ -140,7 +142,7 @@ def test_it_continues_from_a_position_that_was_sought(player):
 
 def test_it_continues_from_there_even_if_it_is_just_being_shown(player, folder):
     player.write_feature("PlaybackActive", False)
-    queue = player.open_queue(16)
+    queue = player.open_queue(MANY)
     player.start()
     assert queue.get(PATIENCE).frame_id == 0
     (folder / "3.png").write_bytes(b"no image")
@@ -288,7 +290,7 @@ def test_a_broken_image_is_skipped(folder):
     grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10&loop=0"))
     grabber.open()
     try:
-        queue = grabber.open_queue(16)
+        queue = grabber.open_queue(MANY)
         grabber.start()
         assert [queue.get(PATIENCE).frame_id for _ in range(5)] == [0, 2, 3, 4, 5]
         assert grabber.statistics().incomplete == 1
@@ -308,7 +310,7 @@ def test_a_recording_whose_first_images_are_broken_plays_the_others_and_says_so(
     try:
         assert grabber.feature("Width").value == 16
         assert len(notices) == 1 and "0.png" in notices[0]
-        queue = grabber.open_queue(16)
+        queue = grabber.open_queue(MANY)
         grabber.start()
         assert queue.get(PATIENCE).frame_id == readable
         until(lambda: grabber.statistics().incomplete == 5)
@@ -351,7 +353,7 @@ def test_names_that_no_system_allows_are_refused_like_any_other(name):
 def test_a_disk_that_is_gone_is_reported_once(player, folder, caplog):
     noticed = []
     player.noticed.connect(noticed.append)
-    queue = player.open_queue(16)
+    queue = player.open_queue(MANY)
     player.start()
     queue.get(PATIENCE)
     folder.rename(folder.with_name("unplugged"))
