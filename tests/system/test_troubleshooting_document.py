@@ -1,8 +1,8 @@
 """The headings of docs/troubleshooting.md are messages of the program, word for word."""
 
-import ast
 import re
 from pathlib import Path
+from types import CodeType
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "troubleshooting.md").read_text("utf-8")
@@ -11,12 +11,18 @@ HEADINGS = re.findall(r"^### (.+)$", PAGE, re.MULTILINE)
 
 def messages():
     """Return all strings of the program except docstrings, one per line, with f-strings in pieces."""
-    texts = []
+    texts, found = [], []
     for path in (ROOT / "grabbergui").rglob("*.py"):
-        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
-        docstrings = {node.value for node in nodes if isinstance(node, ast.Expr)}
-        constants = [node for node in nodes if isinstance(node, ast.Constant) and node not in docstrings]
-        texts += [node.value for node in constants if isinstance(node.value, str)]
+        # The compiler's constants take a fraction of the time of a walk through the syntax.
+        found.append(compile(path.read_text("utf-8"), str(path), "exec", dont_inherit=True, optimize=2))
+    while found:
+        constant = found.pop()
+        if isinstance(constant, CodeType):
+            found += constant.co_consts
+        elif isinstance(constant, (tuple, frozenset)):
+            found += constant
+        elif isinstance(constant, str):
+            texts.append(constant)
     return "\n".join(texts)
 
 

@@ -131,7 +131,7 @@ def test_no_constructor_takes_eight_arguments_by_their_order():
     wide = [
         name(path)
         for path in MODULES
-        for function in ast.walk(parsed(path))
+        for function in _statements([parsed(path)])
         if isinstance(function, ast.FunctionDef)
         and function.name == "__init__"
         and len(function.args.args) - 1 - len(function.args.defaults) >= 8

@@ -137,9 +137,11 @@ FAULTS = (
 
 
 def started():
-    """A run whose head looks at the board already."""
+    """A run whose head looks at the board already; its images are rendered from now on only."""
     run = closed_loop.ClosedLoop(things=Things(face=lambda _: None, board=lambda _: BOARD), head=(-0.42, 0.1))
+    run.rendered = False
     assert run.run(6, State.APPROACHING).state is State.APPROACHING
+    run.rendered = True
     return run
 
 

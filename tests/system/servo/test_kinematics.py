@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.clearance import Box, Capsule, CapsuleBody, _segment_distance, nearest_box, parse_boxes
-from grabbergui.servo.closed_loop import ClosedLoop
+from grabbergui.servo.closed_loop import AT_BOARD, ClosedLoop
 from grabbergui.servo.config import Config, LoopConfig
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.motion import SLOWER
@@ -279,9 +279,9 @@ def test_tiago_s_meshes_never_touch_its_body(clock):
 
 
 def test_the_loop_says_what_holds_the_hand_back():
-    loop = ClosedLoop()
-    board = loop.things.board(0.0)
-    loop = ClosedLoop(config=wall_before(loop.loop.arm.goal(board)))
+    loop = ClosedLoop(rendered=False)
+    wall = wall_before(loop.loop.arm.goal(loop.things.board(0.0)))
+    loop = ClosedLoop(config=wall, head=AT_BOARD, rendered=False)
     cycle = loop.run(25, until=State.STUCK)
     assert cycle.state is State.STUCK
     assert "of wall" in cycle.reason
@@ -309,7 +309,9 @@ def test_nothing_reaches_a_robot_in_a_dry_run_not_even_a_stop():
 
 def test_all_motion_is_slowed_down_by_the_speed_override():
     def fastest(speed):
-        loop = ClosedLoop(config=replace(Config(), loop=LoopConfig(speed=speed)))
+        aside = (AT_BOARD[0] + 0.2, AT_BOARD[1])
+        config = replace(Config(), loop=LoopConfig(speed=speed))
+        loop = ClosedLoop(config=config, head=aside, rendered=False)
         assert loop.run(9, until=State.APPROACHING).state is State.APPROACHING
         loop.run(1)  # within which the hand is as fast as it may be
         hands = [np.linalg.norm(cycle.command.hand[:3]) for cycle in loop.cycles]

@@ -12,7 +12,7 @@ from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
-from grabbergui.servo.closed_loop import ClosedLoop
+from grabbergui.servo.closed_loop import AT_BOARD, ClosedLoop
 from grabbergui.servo.config import ArmConfig, Config, SafetyConfig, TrackConfig
 from grabbergui.servo.control import ArmController
 from grabbergui.servo.detection import Sighting
@@ -241,10 +241,18 @@ def circling(seconds):
     return pose
 
 
+def following(run):
+    """Let the run follow the circling marker; images are rendered for the last second only."""
+    run.rendered = False
+    run.run(4.0)
+    run.rendered = True
+    run.run(1.0)
+    return run
+
+
 def test_the_hand_follows_a_moving_marker_within_15_mm():
     config = replace(Config(), arm=ArmConfig(follow=0.3))
-    run = ClosedLoop(config=config, things=Things(board=circling), fps=30)
-    run.run(5.0)
+    run = following(ClosedLoop(config=config, things=Things(board=circling), head=AT_BOARD, fps=30))
     errors = []
     while run.now < 7.0:
         assert run.cycle().state is State.FOLLOWING
@@ -255,8 +263,8 @@ def test_the_hand_follows_a_moving_marker_within_15_mm():
 def test_a_moment_without_images_costs_the_hand_a_few_millimetres_and_the_head_nothing():
     safety = SafetyConfig(image_timeout=0.18)
     config = replace(Config(), arm=ArmConfig(follow=0.3), safety=safety)
-    run = ClosedLoop(config=config, things=Things(board=circling), fps=30, latency=0.1)
-    run.run(5.0)
+    things = Things(board=circling)
+    run = following(ClosedLoop(config=config, things=things, head=AT_BOARD, fps=30, latency=0.1))
     errors, off_centre, stops = [], [], 0
     for cycle_number in range(150):
         run.camera_runs = cycle_number % 50 > 3  # two images in a row are lost, once a second

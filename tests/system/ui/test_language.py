@@ -177,12 +177,18 @@ def test_every_text_is_translated_with_all_that_is_filled_in(code):
         assert places[0] == places[1], source
 
 
+def nodes(path, call):
+    """Return the syntax of a source file with such a call; most have none, and parsing takes long."""
+    text = path.read_text("utf-8")
+    return ast.walk(ast.parse(text)) if call in text else ()
+
+
 @pytest.fixture(scope="module")
 def counted_texts():
     """The texts of one and of several in each call of `counted`."""
     pairs = []
     for path in (p for room in TRANSLATED for p in room.rglob("*.py")):
-        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for call in nodes(path, "counted("):
             if not (isinstance(call, ast.Call) and getattr(call.func, "id", "") == "counted"):
                 continue
             texts = [argument.args[-1].value for argument in call.args[1:3]]
@@ -243,7 +249,7 @@ def test_no_call_of_the_sources_is_missing():
     known = texts_of(TRANSLATIONS / "grabbergui_es.ts")
     missing = []
     for path in (path for folder in TRANSLATED for path in folder.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in nodes(path, "translate("):
             if not isinstance(node, ast.Call) or "translate" not in (
                 getattr(node.func, "id", ""),
                 getattr(node.func, "attr", ""),
