@@ -3,14 +3,12 @@
 Everything follows from a format's name as the convention's text reads it, not from our table.
 """
 
-import functools
-import inspect
 import re
 import struct
 
 import numpy as np
-import pytest
 
+from every_case import every_case
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 
@@ -242,30 +240,5 @@ def expected_rgb(values: np.ndarray, pixel_format: PixelFormat) -> np.ndarray:
 
 
 def each_format(formats):
-    """Run a test with every `pixel_format` and name all that fail.
-
-    As parameters they would be thousands of tests, each of which takes pytest longer than it takes itself.
-    """
-
-    def of(test):
-        signature = inspect.signature(test)
-
-        @functools.wraps(test)
-        def with_each(*arguments, **fixtures):
-            failures = {}
-            for pixel_format in formats:
-                try:
-                    test(*arguments, pixel_format=pixel_format, **fixtures)
-                except (Exception, pytest.fail.Exception) as error:
-                    failures[str(pixel_format)] = error
-            if failures:
-                names = ", ".join(failures)
-                raise AssertionError(f"{names}: {len(failures)} of {len(formats)} formats") from next(
-                    iter(failures.values())
-                )
-
-        others = [parameter for name, parameter in signature.parameters.items() if name != "pixel_format"]
-        with_each.__signature__ = signature.replace(parameters=others)
-        return with_each
-
-    return of
+    """Run a test with every `pixel_format`."""
+    return every_case("pixel_format", formats, ids=str)

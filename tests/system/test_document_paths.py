@@ -6,6 +6,8 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+from every_case import every_case
+
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
 PAGES.remove(ROOT / "CHANGELOG.md")  # it may name what is gone
@@ -41,7 +43,7 @@ def test_paths_are_found() -> None:
     assert {"driver/device.py", "tests/support/patience.py"} <= named(ROOT / "CONTRIBUTING.md")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+@every_case("page", PAGES, ids=lambda page: page.name)
 def test_a_path_on_a_page_exists(page: Path, places: set[PurePosixPath]) -> None:
     missing = {
         path

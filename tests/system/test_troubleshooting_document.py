@@ -11,10 +11,12 @@ HEADINGS = re.findall(r"^### (.+)$", PAGE, re.MULTILINE)
 
 def messages():
     """Return all strings of the program except docstrings, one per line, with f-strings in pieces."""
-    texts, found = [], []
-    for path in (ROOT / "grabbergui").rglob("*.py"):
-        # The compiler's constants take a fraction of the time of a walk through the syntax.
-        found.append(compile(path.read_text("utf-8"), str(path), "exec", dont_inherit=True, optimize=2))
+    # The compiler's constants take a fraction of the time of a walk through the syntax.
+    found = [
+        compile(path.read_text("utf-8"), str(path), "exec", dont_inherit=True, optimize=2)
+        for path in (ROOT / "grabbergui").rglob("*.py")
+    ]
+    texts = []
     while found:
         constant = found.pop()
         if isinstance(constant, CodeType):

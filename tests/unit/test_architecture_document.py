@@ -6,9 +6,8 @@ import json
 import re
 from functools import lru_cache
 
-import pytest
-
 from architecture_walks import PAGE, ROOT, walks
+from every_case import every_case
 
 COMMANDS = {"serve"}
 "Words in the table that are no modules."
@@ -29,7 +28,7 @@ def test_the_walks_are_found() -> None:
     assert len({package.partition("/")[0] for package, _, _ in STEPS}) >= 5 and len(STEPS) > 25
 
 
-@pytest.mark.parametrize("package, name, method", STEPS)
+@every_case("package, name, method", STEPS)
 def test_a_step_is_in_the_code(package: str, name: str, method: str) -> None:
     assert name in classes(package), f"grabbergui/{package} has no class {name}"
     assert re.search(rf"def {method}\b", classes(package)[name]), f"{name} has no method {method}"

@@ -6,9 +6,8 @@
 import shlex
 from pathlib import Path
 
-import pytest
-
 from documented_commands import PAGES, ROOT, commands
+from every_case import every_case
 from grabbergui.cli import command_line
 from grabbergui.core.errors import UsageError
 
@@ -18,7 +17,7 @@ def test_commands_are_found() -> None:
     assert sum(len(commands(page)) for page in PAGES) > 100
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+@every_case("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
 def test_a_command_of_a_page_is_one(page: Path) -> None:
     parser, wrong = command_line(), {}
     for line in commands(page):

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from every_case import every_case
+
 pytest.importorskip("fuzz", reason="fuzz/ is found from the checkout: python -m pytest")
 
 from fuzz.__main__ import names
@@ -31,7 +33,7 @@ def quiet() -> Iterator[None]:
     logging.disable(logging.NOTSET)
 
 
-@pytest.mark.parametrize("name", names())
+@every_case("name", names())
 def test_seeds_and_small_changes_go_through(name: str) -> None:
     target = importlib.import_module(f"fuzz.{name}")
     seeds = target.seeds()

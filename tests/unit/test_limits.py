@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui.core import encoded_image, scheduling
 from grabbergui.core.errors import (
@@ -78,7 +79,7 @@ VALUES = {
 }
 
 
-@pytest.mark.parametrize(("module", "name"), VALUES, ids=lambda part: getattr(part, "__name__", part))
+@every_case(("module", "name"), VALUES, ids=lambda part: getattr(part, "__name__", part))
 def test_the_values(module: Any, name: str) -> None:
     assert getattr(module, name) == VALUES[module, name]
 
@@ -195,8 +196,8 @@ def test_the_last_value_is_accepted_and_the_next_is_refused(
         use(most + 1)
 
 
-@pytest.mark.parametrize("length", [0, 4, 8])
-@pytest.mark.parametrize("address", [-1, -4, -8, -(1 << 32), (1 << 32) - 4, (1 << 32) - 8])
+@every_case("length", [0, 4, 8])
+@every_case("address", [-1, -4, -8, -(1 << 32), (1 << 32) - 4, (1 << 32) - 8])
 def test_no_command_goes_to_an_address_outside_the_cameras_32_bits(address: int, length: int) -> None:
     """A description can have an address computed that is negative."""
 

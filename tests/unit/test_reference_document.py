@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from every_case import every_case
 from grabbergui.cli.sources_help import sources_help
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri, option_rows, read_options
@@ -22,12 +23,12 @@ def test_what_is_made_from_the_program_is_current(file):
     assert file.read_text("utf-8") == reference.files()[file], "run `python scripts/reference.py`"
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=str)
+@every_case("kind", KINDS, ids=str)
 def test_a_uri_without_options_has_the_defaults(kind):
     assert read_options(kind.options, SourceUri(kind.value)) == kind.options()
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=str)
+@every_case("kind", KINDS, ids=str)
 def test_an_unknown_option_is_named(kind):
     uri = SourceUri(kind.value, options={"colour_of_the_cable": "blue"})
     with pytest.raises(UsageError, match=r"no option colour_of_the_cable|sources have no options"):

@@ -38,20 +38,17 @@ from patience import until
 from servo_options import options
 
 
-def run_to_the_marker():
-    run = closed_loop.ClosedLoop(things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
-    run.run(20, State.REACHED)
-    return run
-
-
 @functools.cache
 def cycles_to_the_marker():
-    """Return the cycles of a whole run, which takes seconds, for all tests that only read them."""
-    return tuple(run_to_the_marker().cycles)
+    """Return the cycles of a whole run, without images, for all tests that only read them."""
+    run = closed_loop.ClosedLoop(rendered=False, head=closed_loop.AT_BOARD)
+    run.run(20, State.REACHED)
+    return tuple(run.cycles)
 
 
 def test_it_looks_waits_approaches_and_arrives():
-    run = run_to_the_marker()
+    run = closed_loop.ClosedLoop(things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
+    run.run(20, State.REACHED)
     states = [step.state for step in run.loop.machine.transitions]
     assert states[-2:] == [State.APPROACHING, State.REACHED]
     assert State.WAITING in states
@@ -105,7 +102,7 @@ def test_an_approach_with_computed_detections_arrives():
 
 
 def test_the_robot_rests_200_ms_after_the_last_image():
-    run = closed_loop.ClosedLoop()
+    run = closed_loop.ClosedLoop(rendered=False, head=closed_loop.AT_BOARD)
     run.run(10, State.APPROACHING)
     run.run(0.5)
     assert run.robot.speed > 0
@@ -117,7 +114,8 @@ def test_the_robot_rests_200_ms_after_the_last_image():
 
 
 def test_a_board_that_is_taken_away_stops_the_arm():
-    run = closed_loop.ClosedLoop(things=Things(board=lambda seconds: board_pose() if seconds < 2 else None))
+    things = Things(board=lambda seconds: board_pose() if seconds < 2 else None)
+    run = closed_loop.ClosedLoop(things=things, rendered=False, head=closed_loop.AT_BOARD)
     assert run.run(5, State.APPROACHING).state is State.APPROACHING
     run.run(2.3 - run.now)
     twists = [cycle.command.hand for cycle in run.cycles if cycle.time > 2.1]

@@ -56,11 +56,8 @@ class Chase:
         return cycle
 
 
-@pytest.mark.parametrize(
-    ("board", "reason"),
-    [(ROLLED, "AxialRightShoulder and FrontalRightWrist are at their limits"), (FAR, "stretched")],
-)
-def test_a_hand_that_comes_no_nearer_gives_up_and_says_why(board, reason):
+def stuck(board, reason):
+    """Return a chase whose hand came no nearer, gave up and said why."""
     chase = Chase(board)
     cycle = chase.run(15, State.STUCK)
     assert cycle.state is State.STUCK
@@ -69,6 +66,23 @@ def test_a_hand_that_comes_no_nearer_gives_up_and_says_why(board, reason):
     assert not cycle.command.hand.any()
     assert chase.robot.speed < 1e-3
     assert chase.robot.limit_violations == 0
+    return chase
+
+
+def test_a_hand_at_its_limits_gives_up_and_tries_again_once_the_marker_moved_and_not_before():
+    chase = stuck(ROLLED, "AxialRightShoulder and FrontalRightWrist are at their limits")
+    assert chase.run(5).state is State.STUCK
+    chase.board = REACHABLE
+    assert chase.run(1, State.APPROACHING).state is State.APPROACHING
+    assert chase.run(15, State.REACHED).state is State.REACHED
+
+
+def test_a_hand_that_is_stretched_gives_up_and_tries_again_after_a_stop_was_ended():
+    chase = stuck(FAR, "stretched")
+    chase.loop.machine.stop(chase.now, "pressed")
+    chase.run(0.1)
+    chase.loop.machine.resume(chase.now)
+    assert chase.run(2, State.APPROACHING).state is State.APPROACHING
 
 
 class CoarseEncoders(SimRobot):
@@ -116,24 +130,6 @@ def test_an_arm_at_its_limits_is_not_taken_for_one_whose_encoders_froze(board):
     cycle = chase.run(15, State.STUCK)
     assert cycle.state is State.STUCK, cycle.reason
     assert [step.state for step in chase.loop.machine.transitions if step.state is State.STOPPED] == []
-
-
-def test_it_tries_again_once_the_marker_moved_and_not_before():
-    chase = Chase(ROLLED)
-    chase.run(15, State.STUCK)
-    assert chase.run(5).state is State.STUCK
-    chase.board = REACHABLE
-    assert chase.run(1, State.APPROACHING).state is State.APPROACHING
-    assert chase.run(15, State.REACHED).state is State.REACHED
-
-
-def test_it_tries_again_after_a_stop_was_ended():
-    chase = Chase(FAR)
-    chase.run(15, State.STUCK)
-    chase.loop.machine.stop(chase.now, "pressed")
-    chase.run(0.1)
-    chase.loop.machine.resume(chase.now)
-    assert chase.run(2, State.APPROACHING).state is State.APPROACHING
 
 
 def fed(watch, hands, approaching=True):

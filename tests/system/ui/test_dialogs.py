@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QDialog, QPushButton
 
 import grabbergui.rig.ui
 import grabbergui.ui.views
+from every_case import every_case
 from grabbergui.core.settings import SettingKey
 from grabbergui.models.settings.feature_set import FeatureSet
 from grabbergui.models.settings.loading import LoadReport, SettingOutcome, SettingReport
@@ -44,12 +45,12 @@ def test_no_dialog_is_missing_here():
     assert found == set(MADE)
 
 
-@pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
+@every_case("kind", MADE, ids=lambda kind: kind.__name__)
 def test_a_dialog_fits_800_by_600_and_its_buttons_are_whole(window, monkeypatch, kind):
     check_fits(kind, lambda: MADE[kind](window), monkeypatch)
 
 
-@pytest.mark.parametrize("kind", MADE, ids=lambda kind: kind.__name__)
+@every_case("kind", MADE, ids=lambda kind: kind.__name__)
 def test_all_dialogs_have_one_style(window, kind):
     """The same margins; at most one button that acts; *Close*, or a wizard's *Next*, is the last one."""
     dialog = MADE[kind](window)
@@ -62,11 +63,13 @@ def test_all_dialogs_have_one_style(window, kind):
     buttons = [each for each in dialog.findChildren(QPushButton) if each.isVisible()]
     assert sum(each.property("primary") is True for each in buttons) <= 1
     if not buttons:
+        dialog.close()
         return  # the point cloud's window, which has nothing but the cloud
     lowest = max(each.mapTo(dialog, QPoint(0, 0)).y() for each in buttons)
     row = [each for each in buttons if each.mapTo(dialog, QPoint(0, 0)).y() >= lowest - 4]
     last = max(row, key=lambda each: each.mapTo(dialog, QPoint(0, 0)).x())
     assert last.text().replace("&", "") in ("Close", "Cancel", "Take views")
+    dialog.close()
 
 
 def test_a_report_counts_invalid_lines(qtbot):

@@ -12,6 +12,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtGui import QColor
 from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit, QToolButton
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
@@ -188,8 +189,8 @@ def luminance(colour):
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=["light", "dark"])
-@pytest.mark.parametrize(
+@every_case("colours", [LIGHT, DARK])
+@every_case(
     ("ink", "ground"),
     [("text", "window"), ("text", "panel"), ("text", "raised"), ("muted", "window"), ("muted", "panel"),
      ("good", "raised"), ("busy", "raised"), ("bad", "bad_back"), ("text", "bad_back"), ("text", "info_back"),

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PyQt5.QtGui import QColor, QImage
 
+from every_case import every_case
 from grabbergui.ui.run.scripting import ScriptApi, load_script, run_script
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
 from patience import PATIENCE
@@ -61,7 +62,7 @@ def pixels(image: QImage) -> np.ndarray:
     return words.reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF
 
 
-@pytest.mark.parametrize("page", MANUAL, ids=lambda page: page.stem)
+@every_case("page", MANUAL, ids=lambda page: page.stem)
 def test_the_manuals_images_are_there(page):
     used = re.findall(r'(?:\]\(|src=")(images/[^)"]+\.png)', page.read_text())
     used += re.findall(r'srcset="(images/[^"]+\.png)"', page.read_text())

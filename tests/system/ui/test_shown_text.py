@@ -22,6 +22,7 @@ from PyQt5.QtWidgets import (
 )
 
 import made_dialogs
+from every_case import every_case
 from grabbergui import ui
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.markup import Markup, joined, markup, table
@@ -107,11 +108,16 @@ def plot(window):
     return made
 
 
-@pytest.mark.parametrize("make", [*made_dialogs.MADE.values(), question, plot])
-def test_no_dialog_renders_text_from_outside(qtbot, monkeypatch, make):
+@pytest.fixture
+def window(qtbot):
+    made = MainWindow()
+    qtbot.addWidget(made)
+    return made
+
+
+@every_case("make", [*made_dialogs.MADE.values(), question, plot])
+def test_no_dialog_renders_text_from_outside(window, monkeypatch, make):
     monkeypatch.setattr(made_dialogs, "LONG", MARKUP)
-    window = MainWindow()
-    qtbot.addWidget(window)
     made = make(window)
     found = walk(made)
     assert not found.found, "\n".join(found.found)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.opencv_yaml import read_yaml, write_yaml
 from grabbergui.core.calibration import Calibration
@@ -104,7 +105,7 @@ def test_a_disk_that_is_full_costs_no_calibration(tmp_path):
     assert camera_info.load(path).camera_name == "head camera"
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("old", "new", "complaint"),
     [
         ("image_width: 640", "image_width: -3", "images of -3×480 pixels is impossible"),

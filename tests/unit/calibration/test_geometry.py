@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks._viewpoint import looking_at
+from every_case import every_case
 from grabbergui.calibration import geometry
 
 components = st.floats(-3, 3, allow_nan=False)
@@ -20,8 +21,8 @@ def test_rotation_vectors_survive(vector):
     assert again == pytest.approx(rotation, abs=1e-6)
 
 
-@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0, 0.8), (-0.48, 0.6, 0.64)])
-@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 1.0, math.pi - 1e-9, math.pi])
+@every_case("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.6, 0, 0.8), (-0.48, 0.6, 0.64)])
+@every_case("angle", [0.0, 1e-9, 1e-4, 1.0, math.pi - 1e-9, math.pi])
 def test_every_angle_from_none_to_half_a_turn(axis, angle):
     vector = np.array(axis) * angle
     back = geometry.vector_from_rotation(geometry.rotation_from_vector(vector))

@@ -6,6 +6,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.calibration import camera_info
 from grabbergui.calibration.opencv_yaml import read_yaml, write_yaml
 from grabbergui.core.calibration import Calibration
@@ -17,7 +18,7 @@ NAMES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_case("name", NAMES)
 def test_a_name_survives_the_way_there_and_back(name):
     text = camera_info.dump(Calibration.from_field_of_view(64, 48)).replace("camera_name: camera\n", "")
     text += write_yaml({"camera_name": name})

@@ -7,6 +7,7 @@ from importlib.metadata import EntryPoint
 
 import pytest
 
+from every_case import every_case
 from grabbergui.cli import (
     FAMILIES,
     arguments_of,
@@ -22,7 +23,7 @@ from grabbergui.cli.guests import GROUP, add_guest_commands, guest_commands
 COMMANDS = command_parsers()
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@every_case("name", COMMANDS)
 def test_the_example_is_a_command_line_that_is_accepted(name):
     program, command, *arguments = shlex.split(COMMANDS[name][1].example)
     assert (program, command) == ("grabbergui", name)
@@ -30,7 +31,7 @@ def test_the_example_is_a_command_line_that_is_accepted(name):
     parser.parse_args([command, *arguments])
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@every_case("name", COMMANDS)
 def test_every_argument_has_a_meaning(name):
     actions = [each for each in arguments_of(COMMANDS[name][1]) if each.help != argparse.SUPPRESS]
     assert not [each.dest for each in actions if len(each.help or "") < 8]

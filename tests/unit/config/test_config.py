@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.config.ini_files import find_ini, parse_ini
 from grabbergui.config.serve_options import ServeOptions
@@ -128,7 +129,7 @@ def test_a_bad_value_is_refused():
         ServeOptions().with_file(section("index two"), frozenset(), "camera.ini")
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("peer", "allowed"),
     [
         ("10.0.0.7", True),

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.device_text import text_field, text_of, xml_text
 
 
@@ -68,8 +69,8 @@ def document(encoding: str, text: str) -> str:
     return f'<?xml version="1.0" encoding=\'{encoding}\' standalone="no"?><Unit>{text}</Unit>'
 
 
-@pytest.mark.parametrize(("encoding", "text"), ENCODINGS.items())
-@pytest.mark.parametrize("before", [b"", b"Dump of camera 12\r\n"])
+@every_case(("encoding", "text"), ENCODINGS.items())
+@every_case("before", [b"", b"Dump of camera 12\r\n"])
 def test_the_declared_encoding_is_used(encoding, text, before):
     xml = document(encoding, text)
     assert xml_text(before + xml.encode(encoding)) == before.decode() + xml

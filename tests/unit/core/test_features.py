@@ -2,6 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.errors import FeatureAccessError, FeatureValueError
 from grabbergui.core.features import (
     AccessMode,
@@ -26,7 +27,7 @@ EXPOSURE = feature(FeatureKind.FLOAT, minimum=10.0, maximum=1e6, unit="us")
 MODE = feature(FeatureKind.ENUMERATION, entries=(EnumEntry("Off"), EnumEntry("Once", available=False)))
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("knob", "given_value", "value"),
     [
         (WIDTH, 640, 640),
@@ -48,7 +49,7 @@ def test_values_and_text_are_converted_to_the_features_type(knob, given_value, v
     assert taken == value and type(taken) is type(value)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("knob", "value", "message"),
     [
         (WIDTH, 8, "Knob=8: out of range; allowed: 16 … 2448, step 16"),

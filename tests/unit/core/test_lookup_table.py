@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from every_case import every_case
 from grabbergui import sources
 from grabbergui.core import lookup_table
 from grabbergui.core.errors import FeatureAccessError, TransferCancelledError, UsageError
@@ -42,8 +43,8 @@ def camera() -> Iterator[FrameGrabber]:
     grabber.close()
 
 
-@pytest.mark.parametrize("entries, maximum", [(256, 255), (4096, 65535), (1024, 1023)])
-@pytest.mark.parametrize("gamma", [0.05, 0.1, 0.45, 0.4545, 1.0, 2.2, 10.0, 20.0])
+@every_case("entries, maximum", [(256, 255), (4096, 65535), (1024, 1023)])
+@every_case("gamma", [0.05, 0.1, 0.45, 0.4545, 1.0, 2.2, 10.0, 20.0])
 def test_the_gamma_of_a_curve_is_found(gamma: float, entries: int, maximum: int) -> None:
     shape = LutShape(entries, maximum, whole=True)
     assert gamma_of(shape, gamma_table(shape, gamma)) == pytest.approx(gamma, rel=0.02)

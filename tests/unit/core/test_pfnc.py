@@ -2,6 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core import pfnc
 from grabbergui.core.pfnc import FORMATS, Family, SampleLayout
 from pixel_formats import CONVERTIBLE
@@ -31,13 +32,13 @@ WORDS = CODES.split()
 TABLE = dict(zip(WORDS[::2], (int(code, 16) for code in WORDS[1::2]), strict=True))
 
 
-@pytest.mark.parametrize(("name", "code"), TABLE.items())
+@every_case(("name", "code"), TABLE.items())
 def test_codes_are_the_standards(name, code):
     assert pfnc.by_name(name).code == code
     assert pfnc.by_code(code).name == name
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+@every_case("pixel_format", CONVERTIBLE, ids=str)
 def test_a_name_says_the_bits_of_its_code(pixel_format):
     """A slip in the table or in reading a name shows, as both say how many bits a pixel has."""
     shared = {"411": 1.5, "420": 1.5, "422": 2}.get(pixel_format.subsampling, pixel_format.components)
@@ -100,7 +101,7 @@ def test_sizes_of_an_odd_image(name, line, image):
     assert pfnc.by_name(name).image_bytes(7, 3) == image
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("name", "unpacked"),
     [
         ("Mono12p", "Mono12"),

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core import compiled_loops, pfnc, pixel_loops, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
@@ -140,7 +141,7 @@ def test_a_red_scene_seen_through_the_mosaic_is_red(pixel_format, colour):
     assert (pixels.for_display(frame, size=(4, 4)).pixels == expected).all()
 
 
-@pytest.mark.parametrize(("width", "height"), [(1, 1), (2, 1), (1, 4), (2, 2), (5, 2)])
+@every_case(("width", "height"), [(1, 1), (2, 1), (1, 4), (2, 2), (5, 2)])
 def test_a_bayer_image_too_small_to_interpolate_is_not_black(width, height):
     values = np.full((height, width), 200)
     rgb = frame_of(values, pfnc.by_name("BayerRG8")).rgb()
@@ -337,15 +338,6 @@ def test_unmeasured_pixels_are_black():
     assert not nothing.mono().any()
 
 
-def test_all_formats_that_fail_are_named():
-    @each_format([pfnc.by_name(name) for name in ("Mono8", "Mono10", "Mono12")])
-    def eight_bits(pixel_format):
-        assert pixel_format.depth == 8
-
-    with pytest.raises(AssertionError, match="Mono10, Mono12: 2 of 3 formats"):
-        eight_bits()
-
-
 def test_coordinates_become_millimetres_and_unmeasured_ones_nan():
     raw = np.array([[0, 10], [20, 65535]], np.uint16)
     found = millimetres(raw, 0.5, 100.0, invalid=0)
@@ -353,8 +345,8 @@ def test_coordinates_become_millimetres_and_unmeasured_ones_nan():
     assert found[raw != 0].tolist() == [105.0, 110.0, 32867.5]
 
 
-@pytest.mark.parametrize("angle", [0.0, 30.0, 45.0, 90.0, 120.0, 179.0])
-@pytest.mark.parametrize("degree", [0.2, 1.0])
+@every_case("angle", [0.0, 30.0, 45.0, 90.0, 120.0, 179.0])
+@every_case("degree", [0.2, 1.0])
 def test_malus_law_gives_degree_and_angle_back(angle, degree):
     """Behind a polariser at p light of an angle and degree has I / 2 × (1 + degree × cos 2(p - angle))."""
     filters = np.array([[90.0, 45.0], [135.0, 0.0]])

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core import pfnc, pixels
 from grabbergui.core.colour import measured_bounds
 from grabbergui.core.pfnc import Family
@@ -17,7 +18,7 @@ regions = st.builds(
 )
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+@every_case("pixel_format", CONVERTIBLE, ids=str)
 def test_an_unreduced_image_equals_the_frames_own(pixel_format):
     frame = frame_of(random_values(pixel_format, 24, 18), pixel_format)
     whole = frame.mono() if pixel_format.family in GREY else frame.rgb()
@@ -49,8 +50,8 @@ def test_any_region_at_any_size(pixel_format, width, height, region, size):
     assert 1 <= rows <= min(covered.height, size[1] if size else height)
 
 
-@pytest.mark.parametrize("name", ["Mono8", "Mono12p", "BayerRG8", "BayerGB12p", "BGR8", "YUV422_8"])
-@pytest.mark.parametrize("size", [(200, 200), (63, 100), (31, 31), (16, 5)])
+@every_case("name", ["Mono8", "Mono12p", "BayerRG8", "BayerGB12p", "BGR8", "YUV422_8"])
+@every_case("size", [(200, 200), (63, 100), (31, 31), (16, 5)])
 def test_a_reduced_image_looks_like_the_image(name, size):
     """A brightness ramp, so smooth that every honest reduction gives nearly the same."""
     pixel_format = pfnc.by_name(name)

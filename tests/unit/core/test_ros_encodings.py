@@ -2,6 +2,7 @@
 
 import pytest
 
+from every_case import every_case
 from grabbergui.core import pfnc
 from grabbergui.core.ros_encodings import FORMATS, encoding_of, format_of
 
@@ -27,7 +28,7 @@ NAMES = [
 WITHOUT = ["Mono4p", "RGB565p", "Mono32", "Data64s", "YUV411_8_UYYVYY", "YCbCr709_422_8", "SCF1WBWG8"]
 
 
-@pytest.mark.parametrize(("name", "encoding"), NAMES)
+@every_case(("name", "encoding"), NAMES)
 def test_a_pixel_format_has_the_encoding_that_ros_has_for_it(name, encoding):
     assert encoding_of(pfnc.by_name(name)) == encoding
 
@@ -41,7 +42,7 @@ def test_a_format_of_unknown_layout_has_no_encoding():
     assert encoding_of(pfnc.by_code(0x81090001)) == ""
 
 
-@pytest.mark.parametrize("encoding", FORMATS)
+@every_case("encoding", FORMATS)
 def test_a_known_encoding_is_that_of_its_format(encoding):
     same = {"8UC1": "mono8", "8UC3": "bgr8", "8UC4": "bgra8", "uyvy": "yuv422", "yuyv": "yuv422_yuy2"}
     pixel_format = format_of(encoding)

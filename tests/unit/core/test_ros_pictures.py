@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from every_case import every_case
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.ros_image import RosCompressedImage, RosImage
 from grabbergui.core.ros_pictures import KNOWN, of_compressed, of_file, of_image
@@ -139,7 +140,7 @@ GREY = np.arange(12, dtype=np.uint8).reshape(3, 4)
 COLOUR = np.arange(36, dtype=np.uint8).reshape(3, 4, 3)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("described", "pixels", "name"),
     [
         ("png", GREY, "Mono8"),

@@ -2,6 +2,7 @@
 
 import pytest
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui.core import sfnc
 from grabbergui.core.errors import FeatureAccessError
@@ -11,7 +12,7 @@ from grabbergui.core.settings import SettingKey, ValueChange
 from grabbergui.core.sfnc import Companions, Role
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("role", "camera", "found"),
     [
         (Role.EXPOSURE, {"ExposureTime", "ExposureTimeAbs"}, "ExposureTime"),
@@ -97,7 +98,7 @@ def switch(value, access=AccessMode.READ_WRITE, kind=FeatureKind.BOOLEAN):
     return Feature(name="GammaEnable", kind=kind, access=access, value=value)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("name", "known", "expected"),
     [
         ("ExposureTime", {"ExposureAuto"}, Companions("ExposureAuto")),
@@ -224,7 +225,7 @@ def flag(name, *, value):
     return Feature(name=name, kind=FeatureKind.BOOLEAN, value=value, access=AccessMode.READ_WRITE)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("features", "seconds"),
     [
         ([], 0.0),

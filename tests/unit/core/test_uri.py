@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui import sources
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri, U3vOptions, YarpOptions, read_options
@@ -93,7 +94,7 @@ def test_other_names_of_cameras_stay(text):
     assert sources.create(text).info.uri == text
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("text", "kind", "name", "value"),
     [
         ("u3v:?transfers=1", U3vOptions, "transfers", 1),

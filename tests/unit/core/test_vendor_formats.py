@@ -2,11 +2,12 @@
 
 import pytest
 
+from every_case import every_case
 from grabbergui.core import pfnc, vendor_formats
 from grabbergui.core.pfnc import PixelFormat, SampleLayout
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("code", "name", "vendor", "found"),
     [
         (0x810C0002, "BayerRG12Packed", "Basler", "BayerRG12Packed"),

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import grabbergui
+from every_case import every_case
 from grabbergui.core.errors import ClosedError
 from grabbergui.library.camera import Camera
 from patience import PATIENCE
@@ -55,7 +56,7 @@ def test_the_state_and_the_text_of_a_camera(camera: grabbergui.Camera) -> None:
     assert camera.state == "open"
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("error", "python"),
     [
         (grabbergui.FrameTimeoutError, TimeoutError),

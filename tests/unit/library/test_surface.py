@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 import grabbergui
+from every_case import every_case
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.encoded_image import Encoding
 from grabbergui.core.frame_queue import RateMeter
@@ -78,7 +77,7 @@ def classes_in(hint: Any) -> Iterator[type]:
             yield from classes_in(each)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "SettingValue"])
+@every_case("name", [name for name in NAMES if name != "SettingValue"])
 def test_what_a_program_gets_is_public(name: str) -> None:
     public = {getattr(grabbergui, each) for each in CLASSES} | INTERNAL
     others = {
@@ -90,7 +89,7 @@ def test_what_a_program_gets_is_public(name: str) -> None:
     assert not others
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_case("name", NAMES)
 def test_an_error_that_is_documented_can_be_caught(name: str) -> None:
     value = getattr(grabbergui, name)
     functions = [each for _, each in members(value)] if inspect.isclass(value) else [value]
@@ -99,7 +98,7 @@ def test_an_error_that_is_documented_can_be_caught(name: str) -> None:
     assert not {error for error in named if error not in NAMES and not hasattr(builtins, error)}
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@every_case("name", CLASSES)
 def test_every_member_is_typed(name: str) -> None:
     for place, function in members(getattr(grabbergui, name)):
         signature = inspect.signature(function)

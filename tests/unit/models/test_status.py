@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame_queue import StreamStatistics
@@ -27,7 +28,7 @@ SILENT = replace(RUNNING, silent=5.0)
 EMPTY = SourceReading(LinkState.STREAMING, silent=0.5)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("sighting", "condition"),
     [
         (SourceReading(LinkState.CLOSED), Condition.CLOSED),
@@ -55,7 +56,7 @@ def test_the_condition_of_a_source(sighting, condition):
     assert sighting.condition is condition
 
 
-@pytest.mark.parametrize("condition", Condition)
+@every_case("condition", Condition)
 def test_every_condition_has_its_words(condition):
     status = SourceStatus(condition, seconds=13, rate=20)
     assert status.text and status.tile

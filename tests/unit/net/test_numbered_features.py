@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.net.numbered_features import FeatureId, NumberedFeatures
@@ -23,8 +24,8 @@ def exposure(unit: str, value: float = 0.02, low: float = 0.001, high: float = 1
     ])  # fmt: skip
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("s", 1e6), ("ms", 1e3), ("us", 1), ("", 1), ("ticks", 1)])
-@pytest.mark.parametrize("number", [FeatureId.EXPOSURE, FeatureId.SHUTTER])
+@every_case(("unit", "factor"), [("s", 1e6), ("ms", 1e3), ("us", 1), ("", 1), ("ticks", 1)])
+@every_case("number", [FeatureId.EXPOSURE, FeatureId.SHUTTER])
 def test_an_exposure_time_is_in_microseconds(unit, factor, number):
     camera = exposure(unit)
     features = NumberedFeatures(camera)

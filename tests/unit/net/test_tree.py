@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core import errors
@@ -126,7 +127,7 @@ def test_errors_are_raised_at_the_other_end() -> None:
         grabber_values.read_tree_reply([grabber_values.TREE_WORD, "error", "SystemExit", "text", ""])
 
 
-@pytest.mark.parametrize("name", [name for name in vars(errors) if name.endswith("Error")])
+@every_case("name", [name for name in vars(errors) if name.endswith("Error")])
 def test_every_error_of_ours_can_be_raised_at_the_other_end(name: str) -> None:
     raised = error_of(name, "it failed", "Gain")
     assert str(raised) == "it failed"
@@ -138,7 +139,7 @@ def test_fields_of_a_newer_peer_are_ignored() -> None:
     assert tree.read_feature(data) == FULL
 
 
-@pytest.mark.parametrize(
+@every_case(
     "data",
     [
         *(None, 3, [], {}, {"name": "X"}, {"name": 5, "kind": "float", "access": "RW"}),

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.rig import rig_file
 from grabbergui.rig.rig_file import CameraEntry, FollowEntry, LinkEntry, RigEntry, TriggerEntry
@@ -59,7 +60,7 @@ def test_what_has_its_default_is_not_written(tmp_path):
     assert rig_file.read(path) == rig
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("old", "new", "problem"),
     [
         ("clock: ptp", "clocks: ptp", "there is no key clocks; did you mean clock?"),

@@ -6,8 +6,7 @@ The camera is the simulated one, on a clock of numbers.
 import random
 from dataclasses import replace
 
-import pytest
-
+from every_case import every_case
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.enumerations import EventSelector, TriggerActivation, TriggerOverlap, TriggerSource
 from grabbergui.driver.sim.model import CameraModel
@@ -292,7 +291,7 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+@every_case("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_each_fault_is_named_rightly(fault):
     for seed in range(TRIES):
         found = fault(seed)

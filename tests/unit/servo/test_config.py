@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from every_case import every_case
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.config import Config, HeadConfig
 
@@ -22,7 +23,7 @@ def test_the_shipped_file_explains_every_key():
     assert {line.split()[0] for line in bare} == {"x_high", "y_low", "y_high", "z_low", "z_high"}
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("text", "complaint"),
     [
         ("[head]\ngian 3", "did you mean gain?"),

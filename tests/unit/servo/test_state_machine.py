@@ -5,6 +5,7 @@ import itertools
 
 import pytest
 
+from every_case import every_case
 from grabbergui.servo.state_machine import Situation, State, StateMachine, Transition
 
 GRACE, SEARCH = 0.3, 2.0
@@ -64,7 +65,7 @@ def test_nothing_moves_before_anything_is_known():
     assert run.feed(NOTHING) is State.LOST
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("start", "situation", "seconds", "end"),
     [
         (State.LOST, NOTHING, SEARCH - 0.5, State.LOST),
@@ -116,8 +117,8 @@ def test_a_marker_that_is_gone_is_lost_though_the_person_is_there(start):
     assert passed == [State.LOST, State.CENTRING, State.WAITING]
 
 
-@pytest.mark.parametrize("start", [*PATHS])
-@pytest.mark.parametrize("silence", [BLIND, SILENT])
+@every_case("start", [*PATHS])
+@every_case("silence", [BLIND, SILENT])
 def test_everything_is_lost_at_once_without_images_or_robot(start, silence):
     run = in_state(start)
     assert run.feed(silence) is State.LOST
@@ -220,7 +221,7 @@ def test_every_change_is_noted_with_its_reason():
     assert all(a.time <= b.time for a, b in itertools.pairwise(machine.transitions))
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("start", "situation", "seconds", "reason"),
     [
         (State.LOST, NOTHING, SEARCH + 0.1, "nothing to be seen"),

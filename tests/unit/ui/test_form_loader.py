@@ -10,6 +10,7 @@ import pytest
 from PyQt5 import uic
 from PyQt5.QtWidgets import QWidget
 
+from every_case import every_case
 from grabbergui.core.environment import RESOURCES
 from grabbergui.ui import form_loader
 from grabbergui.ui.form_loader import compile_forms, load_form
@@ -93,7 +94,7 @@ def spanish(form):
     return {m.findtext("source"): m.findtext("translation") for c in contexts for m in c.iter("message")}
 
 
-@pytest.mark.parametrize("file", sorted(form_loader.FORMS.glob("*.ui")), ids=lambda file: file.stem)
+@every_case("file", sorted(form_loader.FORMS.glob("*.ui")), ids=lambda file: file.stem)
 def test_a_letter_presses_one_control(file):
     """Alt+N moved the cursor to a field instead of pressing Next."""
     form = ElementTree.parse(file).getroot()

@@ -7,6 +7,7 @@ from genicam import genapi
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.driver.genapi import formulas
 from grabbergui.driver.genapi.formulas import LONGEST, value_of, without_traps
 
@@ -32,7 +33,7 @@ def computed(formula: str, **variables: int) -> int | None:
         return None
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("formula", "value"),
     [
         ("(1 << 63) / (0-1)", SMALLEST),
@@ -60,7 +61,7 @@ def test_a_formula_that_cannot_trap_stays_as_it_is(formula):
     assert without_traps(formula) == formula
 
 
-@pytest.mark.parametrize(
+@every_case(
     "formula",
     ["8 2 /", "/ 8 2", "A B /", "8 / 2 - -1 A", "8 / (2", "8 / 2)", "8 / ()", "8 // 2", "A / B(2)",
      "A / SGN 2", "A / B # 2", "A / é", "1 ? A / B", "A / B ,2", "(" * 100 + "A / B" + ")" * 100,
@@ -92,7 +93,7 @@ def some_formula(source: random.Random, depth: int) -> str:
     return f"{below[0]} {source.choice(OPERATORS)} {source.choice((below[1], f'({below[1]})'))}"
 
 
-@pytest.mark.parametrize("seed", range(200))
+@every_case("seed", range(200))
 def test_a_rewritten_formula_has_the_value_that_genapi_computes(seed):
     """GenApi's order of operators is not C's, so its own result is the only reference."""
     source = random.Random(seed)
@@ -111,7 +112,7 @@ def test_whatever_is_left_does_not_trap(formula):
     assert value is None or SMALLEST <= value < -SMALLEST  # and this process goes on
 
 
-@pytest.mark.parametrize("seed", range(200))
+@every_case("seed", range(200))
 def test_a_computed_formula_has_the_value_that_genapi_computes(seed):
     source = random.Random(seed)
     values = {"A": source.choice((-3, 0, 5, 9)), "B": source.choice((-7, 2, 3, 4))}

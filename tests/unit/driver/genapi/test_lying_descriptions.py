@@ -11,6 +11,7 @@ import time
 
 import pytest
 
+from every_case import every_case
 from fakes import XmlDevice
 from grabbergui.core.errors import FeatureError, FeatureValueError, RemoteProtocolError
 from grabbergui.core.features import AccessMode
@@ -116,7 +117,7 @@ def opened(nodes: str, root: str = ROOT) -> CameraNodeMap:
     return CameraNodeMap(device, device.description(), lambda names: None)
 
 
-@pytest.mark.parametrize("nodes", LIES.values(), ids=LIES.keys())
+@every_case("nodes", LIES.values(), ids=LIES.keys())
 def test_an_odd_feature_is_sound_and_leaves_the_others_alone(nodes):
     node_map = opened(nodes)
     if node_map.has("Odd"):

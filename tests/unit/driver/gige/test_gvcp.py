@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from gige_transcripts import CAPTURES, NAMES, lines
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
@@ -26,7 +27,7 @@ from grabbergui.driver.gige.identity import ForceIp, Identity, encode_discovery
 REQUESTS = {message.CODE: message for message in (ReadReg, WriteReg, ReadMem, WriteMem)}
 
 
-@pytest.mark.parametrize("name", CAPTURES)
+@every_case("name", CAPTURES)
 def test_captured_commands_are_read_and_written_byte_by_byte(name: str) -> None:
     for line in lines(name, "C"):
         header, payload = gvcp.split_command(line.data)
@@ -46,7 +47,7 @@ def test_captured_commands_are_read_and_written_byte_by_byte(name: str) -> None:
         assert again == line.data
 
 
-@pytest.mark.parametrize("name", NAMES)
+@every_case("name", NAMES)
 def test_captured_acks_answer_their_commands(name: str) -> None:
     asked: dict[tuple[str, int], bytes] = {}
     seen = 0

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from gige_transcripts import NAMES, lines
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.gige.gvcp import Status
@@ -26,7 +27,7 @@ from grabbergui.driver.gige.packet_header import EXTENDED, STANDARD, PacketForma
 STREAMS = [name for name in NAMES if any(lines(name, "D"))]
 
 
-@pytest.mark.parametrize("name", STREAMS)
+@every_case("name", STREAMS)
 def test_captured_packets_are_read_and_written_byte_by_byte(name: str) -> None:
     for line in lines(name, "D"):
         header = PacketHeader.decode(line.data)
@@ -190,7 +191,7 @@ def test_a_header_says_whether_its_packet_failed_or_was_sent_again() -> None:
         assert (header.failed, header.sent_again) == (failed, again)
 
 
-@pytest.mark.parametrize(("leader", "digits"), LEADERS)
+@every_case(("leader", "digits"), LEADERS)
 def test_the_bytes_of_a_leader(leader: Leader, digits: str) -> None:
     body = bytes.fromhex(digits)
     assert leader.encode() == body
@@ -200,7 +201,7 @@ def test_the_bytes_of_a_leader(leader: Leader, digits: str) -> None:
         assert Leader.decode(with_chunks) == replace(leader, payload_type=leader.payload_type | 0x4000)
 
 
-@pytest.mark.parametrize(("leader", "digits"), LEADERS)
+@every_case(("leader", "digits"), LEADERS)
 def test_a_leader_that_is_cut_off_is_refused(leader: Leader, digits: str) -> None:
     body = bytes.fromhex(digits)
     # What follows these bytes is optional, or not read.

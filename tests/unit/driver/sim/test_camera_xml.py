@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from every_case import every_case
 from grabbergui import sources
 from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
@@ -68,7 +69,7 @@ FORMATS += [
 "What the description lists; the sensor sends every other format too if its code is written."
 
 
-@pytest.mark.parametrize(
+@every_case(
     "register",
     [
         Register("DeviceUserID", 0x1000D0, RegisterKind.STRING, 16, ""),
@@ -115,7 +116,7 @@ def test_numbers_are_big_endian():
             assert text(node, "Endianess") == "BigEndian", node.get("Name")
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("feature", "values"),
     [
         ("ExposureAuto", Auto),

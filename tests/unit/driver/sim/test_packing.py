@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from every_case import every_case
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.packing import pack, pack_colour
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("name", "values", "expected"),
     [
         ("Mono8", [0x12, 0xFF], "12ff"),

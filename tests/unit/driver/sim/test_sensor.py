@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from every_case import every_case
 from grabbergui.core.pfnc import Family, by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim import sensor
@@ -189,7 +190,7 @@ def test_bayer_pixels_see_their_colour_in_all_orders(window, order, mirrored):
     assert raw[1::2, 1::2] == pytest.approx(sites[below[1]][1::2, 1::2], abs=90)
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+@every_case("pixel_format", CONVERTIBLE, ids=str)
 def test_every_format_fills_its_payload(lit, pixel_format):
     bench = lit(PIXEL_FORMAT=pixel_format.code)
     plan, payload = bench.payload()

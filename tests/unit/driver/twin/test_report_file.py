@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from every_case import every_case
 from grabbergui import sources
 from grabbergui.core.errors import DeviceStatusError, MissingFileError, UsageError
 from grabbergui.core.identity import DeviceInfo
@@ -118,7 +119,7 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("content", BAD.values(), ids=BAD.keys())
+@every_case("content", BAD.values(), ids=BAD.keys())
 def test_a_bad_file_is_refused_in_a_sentence(content: bytes) -> None:
     with pytest.raises(UsageError, match=r"the file (is no|cannot be read as a) ") as error:
         decode(content)

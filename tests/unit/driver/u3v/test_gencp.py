@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, LocalProtocolError, RemoteProtocolError
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.control_channel import BUSY_PAUSE, LONGEST_PENDING, TRIES, ControlChannel
@@ -51,7 +52,7 @@ def test_every_recorded_packet_is_read_and_written_back(name: str) -> None:
         assert Packet.decode(transfer).encode() == transfer
 
 
-@pytest.mark.parametrize("length", range(len(READ.encode())))
+@every_case("length", range(len(READ.encode())))
 def test_a_cut_packet_is_refused(length: int) -> None:
     with pytest.raises(RemoteProtocolError):
         Packet.decode(READ.encode()[:length])

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.u3v.bootstrap import ManifestEntry, StreamRequirements, descriptions
 from grabbergui.driver.u3v.stream_protocol import (
@@ -57,7 +58,7 @@ def test_an_extended_chunk_trailer_has_height_and_layout() -> None:
     assert Trailer.decode(data, U3vPayloadType.IMAGE_EXTENDED_CHUNK) == trailer
 
 
-@pytest.mark.parametrize("length", range(52))
+@every_case("length", range(52))
 def test_a_cut_leader_is_refused(length: int) -> None:
     data = Leader(1, U3vPayloadType.IMAGE, 2, 3, 4, 5).encode()
     with pytest.raises(RemoteProtocolError):

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.features import (
     AccessCondition,
     AccessMode,
@@ -29,7 +30,7 @@ FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, 
 INTEGER = Feature(name="N", kind=FeatureKind.INTEGER, access=AccessMode.READ_WRITE, value=1)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("number", "text"),
     [
         (0.0, "0"),
@@ -254,7 +255,7 @@ def test_camel_case_may_be_broken():
     assert breakable("ExposureTimeAbs").split("\u200b") == ["Exposure", "Time", "Abs"]
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("number", "unit", "text"),
     [
         (1e6, "us", "1 s"),
@@ -275,7 +276,7 @@ def test_long_numbers_are_shown_in_a_larger_unit(number, unit, text):
     assert quantity_text(number, unit) == text
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("number", "before", "unit"),
     [
         (5000.0, "ms", "ms"),

@@ -1,8 +1,8 @@
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.pixels import Region
 from grabbergui.models.image.orientation import Orientation
 
@@ -10,7 +10,7 @@ ALL = [Orientation(turns, x, y) for turns in range(4) for x in (False, True) for
 IMAGE = np.arange(12, dtype=np.uint8).reshape(3, 4)
 
 
-@pytest.mark.parametrize("orientation", ALL, ids=str)
+@every_case("orientation", ALL, ids=str)
 def test_every_pixel_is_where_the_view_shows_it(orientation):
     view = orientation.applied(IMAGE)
     height, width = view.shape
@@ -28,7 +28,7 @@ def test_regions_go_there_and_back(orientation, x, y, width, height):
     assert orientation.to_frame(orientation.to_view(region, 40, 30), 40, 30) == region
 
 
-@pytest.mark.parametrize("orientation", ALL, ids=str)
+@every_case("orientation", ALL, ids=str)
 def test_mirroring_and_turning_act_on_the_view(orientation):
     seen = orientation.applied(IMAGE)
     assert np.array_equal(orientation.mirrored(x=True).applied(IMAGE), seen[:, ::-1])

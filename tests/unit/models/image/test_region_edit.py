@@ -1,9 +1,9 @@
 """A region of the sensor is moved and resized in the camera's steps, and never leaves the sensor."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.pixels import Region
 from grabbergui.models.image.region_edit import AxisLimits, Grip, RegionLimits, dragged, grip_at
 
@@ -11,7 +11,7 @@ LIMITS = RegionLimits(AxisLimits(640, 64, 16, 4), AxisLimits(480, 32, 2, 2))
 PART = Region(100, 50, 320, 240)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("grip", "by", "result"),
     [
         (Grip.MIDDLE, (9, -7), Region(108, 44, 320, 240)),
@@ -43,7 +43,7 @@ def test_whatever_is_dragged_stays_on_the_sensor_and_on_the_cameras_steps(grip, 
         assert size >= 32 and (size - 32) % step == 0
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("place", "grip"),
     [
         ((100, 50), Grip.TOP_LEFT),

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
@@ -55,7 +56,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+@every_case("text", HOSTILE.values(), ids=HOSTILE)
 def test_hostile_files_are_refused_with_their_name(text):
     with pytest.raises(UsageError, match=r"evil\.txt"):
         files.parse(text, "evil.txt")

@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
+
 pytest.importorskip("rcl_interfaces", reason="ROS 2 is not installed: make setup-ros2")
 pytestmark = pytest.mark.ros2
 
@@ -40,7 +42,7 @@ def test_what_is_read_can_be_written(data, kind):
     assert text_of(message_of_text("list", kind, text[1:-1])) == text
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("kind", "text", "words"),
     [
         (DOUBLE_ARRAY, "[1, two]", r"that is no list; write a list as \[0.5, 1e-3, 2\]"),

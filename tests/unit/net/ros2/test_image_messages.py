@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
@@ -196,7 +197,7 @@ WITHOUT = {"Mono32", "Data32", "Data64", "Data64s"}
 CHANNELS = {"mono": 1, "bayer": 1, "rgb": 3, "bgr": 3, "rgba": 4, "bgra": 4, "yuv": 2}
 
 
-@pytest.mark.parametrize("pixel_format", [f for f in CONVERTIBLE if f.name not in WITHOUT], ids=str)
+@every_case("pixel_format", [f for f in CONVERTIBLE if f.name not in WITHOUT], ids=str)
 def test_pixels_are_what_their_encoding_says(pixel_format):
     payload = np.zeros(pixel_format.image_bytes(8, 4), np.uint8)
     pixels, encoding = pixels_of(Frame(payload, 8, 4, pixel_format)), encoding_of(pixel_format)

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabber_transcripts import Exchange, exchanges
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.grabber_rpc import (
@@ -33,12 +34,8 @@ LEGACY = (
 THRIFT = ("rpc_nwc_fake_40", "rpc_raw_errors_40", "rpc_typed_yarp_rpc_40")
 
 
-def recorded(names: tuple[str, ...]) -> list[object]:
-    return [
-        pytest.param(exchange, id=f"{name}-{number}")
-        for name in names
-        for number, exchange in enumerate(exchanges(name))
-    ]
+def recorded(names: tuple[str, ...]) -> list[Exchange]:
+    return [exchange for name in names for exchange in exchanges(name)]
 
 
 def test_no_recorded_request_is_missing() -> None:
@@ -46,7 +43,7 @@ def test_no_recorded_request_is_missing() -> None:
     assert len(recorded(THRIFT)) > 70
 
 
-@pytest.mark.parametrize("exchange", recorded(LEGACY))
+@every_case("exchange", recorded(LEGACY))
 def test_our_3x_server_gives_the_same_answers(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if not isinstance(Bottle.decode(exchange.request)[0], Vocab):
@@ -65,7 +62,7 @@ def test_our_3x_server_gives_the_same_answers(exchange: Exchange) -> None:
     assert b"".join(encode_reply(call, reply)) == exchange.reply
 
 
-@pytest.mark.parametrize("exchange", recorded(THRIFT))
+@every_case("exchange", recorded(THRIFT))
 def test_our_40_server_gives_the_same_answers(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if not exchange.reply:
@@ -85,7 +82,7 @@ def test_our_40_server_gives_the_same_answers(exchange: Exchange) -> None:
         assert again[:40] == exchange.reply[:40]
 
 
-@pytest.mark.parametrize("exchange", recorded(("rpc_nwc_aravis_312", "rpc_nwc_fake_312", "rpc_nwc_fake_40")))
+@every_case("exchange", recorded(("rpc_nwc_aravis_312", "rpc_nwc_fake_312", "rpc_nwc_fake_40")))
 def test_our_client_would_have_asked_the_same(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if isinstance(call, RefusedRequest):
@@ -128,8 +125,8 @@ def test_configurations_of_both_dialects() -> None:
         assert found == [(wanted,)]
 
 
-@pytest.mark.parametrize("dialect", Dialect)
-@pytest.mark.parametrize("operation", Operation)
+@every_case("dialect", Dialect)
+@every_case("operation", Operation)
 def test_every_call_and_reply_comes_back(operation: Operation, dialect: Dialect) -> None:
     samples = {
         ValueKind.INT: 7,
@@ -151,8 +148,8 @@ def test_every_call_and_reply_comes_back(operation: Operation, dialect: Dialect)
     assert read_reply(call, Bottle.decode(b"".join(encode_reply(call, reply)), dialect)) == reply
 
 
-@pytest.mark.parametrize("dialect", Dialect)
-@pytest.mark.parametrize("operation", [o for o in Operation if o.method])
+@every_case("dialect", Dialect)
+@every_case("operation", [o for o in Operation if o.method])
 def test_failures_keep_the_shape_that_clients_read(operation: Operation, dialect: Dialect) -> None:
     call = Call(operation, (), dialect)
     message = b"".join(encode_reply(call, CallReply(status=ReturnValue.FAILED, text="no")))
@@ -168,7 +165,7 @@ def test_words_may_be_typed_as_strings() -> None:
     assert decode_request(typed) == Call(Operation.SET_VALUE, (8, 5.0))
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("text", "answer"),
     [
         ("[fgc] [set] [feat] 8", "[fgc] [set] 0"),

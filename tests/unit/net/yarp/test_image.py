@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core import pfnc
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.core.frame import Frame
@@ -18,7 +19,7 @@ from grabbergui.net.yarp.os.values import Vocab
 from yarp_transcripts import read
 
 
-@pytest.mark.parametrize("code", image.CODES)
+@every_case("code", image.CODES)
 def test_every_code_round_trips_with_padding(code):
     pixel = image.CODES[code]
     for width, height in product(range(41), range(10)):
@@ -77,8 +78,8 @@ def test_a_bottle_is_no_bayer_pattern():
     assert image.as_bayer(message, "grbg") == message
 
 
-@pytest.mark.parametrize("field", range(8, 15))
-@pytest.mark.parametrize("value", [-1_000_000_000, -1, 2**31 - 1])
+@every_case("field", range(8, 15))
+@every_case("value", [-1_000_000_000, -1, 2**31 - 1])
 def test_absurd_sizes_are_refused(field, value):
     header, body = image.encode(np.zeros((4, 16, 3), np.uint8), "rgb")
     values = list(image.HEADER.unpack(header))

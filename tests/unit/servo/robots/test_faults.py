@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from every_case import every_case
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
 from grabbergui.servo import closed_loop
@@ -185,7 +186,7 @@ def test_the_manual_lists_every_fault():
     assert listed == list(FAULTS)
 
 
-@pytest.mark.parametrize("name", FAULTS)
+@every_case("name", FAULTS)
 def test_every_fault_can_be_run_without_a_clock(name):
     faults = Faults([Fault(name, 0.1)])
     run = closed_loop.ClosedLoop(rendered=False, head=closed_loop.AT_BOARD, faults=faults)

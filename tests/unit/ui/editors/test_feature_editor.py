@@ -7,6 +7,7 @@ from PyQt5.QtCore import QPoint, QPointF, Qt
 from PyQt5.QtGui import QWheelEvent
 from PyQt5.QtWidgets import QApplication, QLabel
 
+from every_case import every_case
 from grabbergui.ui.editors.choice_editor import ChoiceEditor
 from grabbergui.ui.editors.feature_editor import (
     CodedNumberEditor,
@@ -49,7 +50,7 @@ CHOICES = [
 ]
 
 
-@pytest.mark.parametrize(("shown", "expected"), CHOICES)
+@every_case(("shown", "expected"), CHOICES)
 def test_which_editor_suits_a_feature(shown, expected):
     assert editor_class(shown) is expected
 

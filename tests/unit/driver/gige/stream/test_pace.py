@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from every_case import every_case
 from grabbergui.driver.gige.stream.pace import (
     FASTEST,
     LAST_PAUSE,
@@ -72,8 +73,8 @@ def test_the_first_block_is_read_often() -> None:
     assert len(camera.looks) > 10
 
 
-@pytest.mark.parametrize("late", [0.0, 0.00006])
-@pytest.mark.parametrize("duration", [0.0003, 0.001, 0.003, 0.009, 0.025])
+@every_case("late", [0.0, 0.00006])
+@every_case("duration", [0.0003, 0.001, 0.003, 0.009, 0.025])
 def test_a_known_block_takes_two_or_three_looks_and_is_complete_soon(duration: float, late: float) -> None:
     camera = Camera(Pace(ROOMY, 1 << 16), round(duration * GIGABIT / PACKET), duration, late)
     camera.send(300)
@@ -127,9 +128,9 @@ def test_blocks_of_another_size_are_awaited_by_their_packets() -> None:
     assert camera.send() < 0.0002
 
 
-@pytest.mark.parametrize("buffer_bytes", [STOCK, 1 << 20, 16 << 20])
-@pytest.mark.parametrize("packet", [576, 1400, 8164])
-@pytest.mark.parametrize("bandwidth", [GIGABIT, 10 * GIGABIT])
+@every_case("buffer_bytes", [STOCK, 1 << 20, 16 << 20])
+@every_case("packet", [576, 1400, 8164])
+@every_case("bandwidth", [GIGABIT, 10 * GIGABIT])
 def test_no_pause_fills_more_than_a_part_of_the_buffer(
     buffer_bytes: int, packet: int, bandwidth: float
 ) -> None:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from block_bench import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, image, is_image
+from every_case import every_case
 from grabbergui.driver.gige.packet_header import PacketFormat, PacketHeader, count_in_order
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.packet_sorting import packet_runs
@@ -76,8 +77,8 @@ def test_short_extended_headers_belong_to_nothing() -> None:
     assert bounds([packet, packet]) == [(0, 1), (1, 2)]
 
 
-@pytest.mark.parametrize("extended", [False, True])
-@pytest.mark.parametrize("seed", range(10))
+@every_case("extended", [False, True])
+@every_case("seed", range(10))
 def test_rows_repair_lost_duplicate_and_swapped_packets(seed: int, extended: bool) -> None:
     dice = random.Random(seed)
     bench = Bench(buffers=20, initial_wait=60.0)

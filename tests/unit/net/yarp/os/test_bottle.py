@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os.binary import MAGIC_BASE, decode_name_size, encode_number
 from grabbergui.net.yarp.os.bottle import Bottle, Properties
@@ -111,8 +112,8 @@ def wire_form(item, dialect):
     return struct.unpack_from("<i", data, 8)[0], data[12:]
 
 
-@pytest.mark.parametrize("dialect", Dialect)
-@pytest.mark.parametrize(
+@every_case("dialect", Dialect)
+@every_case(
     ("item", "code", "value"),
     [
         (True, 9, b"1\0\0\0"),
@@ -243,7 +244,7 @@ def test_the_text_of_a_bottle_reads_back_to_the_same_text(values):
     assert Bottle.from_text(text).to_text() == text
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("text", "value"),
     [
         ("0x10", 16),
@@ -283,7 +284,7 @@ def test_tokens_are_what_yarp_takes_them_for(text, value):
     assert typed(item) == typed(value)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("value", "text"),
     [
         ("a-b.c_9", "a-b.c_9"),

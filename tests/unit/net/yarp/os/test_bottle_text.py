@@ -5,6 +5,7 @@ from contextlib import suppress
 
 import pytest
 
+from every_case import every_case
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.framing import (
@@ -33,7 +34,7 @@ HOSTILE_LINES = {
 }
 
 
-@pytest.mark.parametrize("line", HOSTILE_LINES.values(), ids=HOSTILE_LINES)
+@every_case("line", HOSTILE_LINES.values(), ids=HOSTILE_LINES)
 def test_no_line_takes_long(line):
     # 2 to 20 ms on a desktop. One that is read again at every level takes many seconds.
     for watch in attempts(0.5, clock=time.thread_time):
@@ -137,7 +138,7 @@ def test_brackets_and_quotes_in_words(text, items):
     assert Bottle.from_text(text) == items
 
 
-@pytest.mark.parametrize("text", ["(a", "a)", "(a}", "{(1}", "f(a", "f(a})", '"a', 'a"', '(")', ")("])
+@every_case("text", ["(a", "a)", "(a}", "{(1}", "f(a", "f(a})", '"a', 'a"', '(")', ")("])
 def test_brackets_and_quotes_that_do_not_match(text):
     with pytest.raises(RemoteProtocolError, match="do not match"):
         Bottle.from_text(text)

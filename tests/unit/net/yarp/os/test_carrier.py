@@ -4,6 +4,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from every_case import every_case
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
@@ -41,7 +42,7 @@ def greeted(client):
     return decode_name(client[12:end]), client[end:]
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("name", "carrier"),
     [
         ("stream_tcp_312", wire.TCP),
@@ -50,7 +51,7 @@ def greeted(client):
         ("stream_mono_padding_312", None),
     ],
 )
-@pytest.mark.parametrize("step", [1, 7, 1 << 30])
+@every_case("step", [1, 7, 1 << 30])
 def test_image_streams_of_a_real_yarp_are_read_in_pieces_of_any_size(name, carrier, step):
     carriers = [carrier] if carrier else [wire.TCP, wire.FAST_TCP]
     seen = 0
@@ -183,7 +184,7 @@ def head(*lengths, blocks=None, number=INDEX_MAGIC):
     return encode_number(number) + bytes((blocks or len(lengths), 1)) + b"\xff" * 8 + sizes + bytes(4)
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("data", "reason"),
     [
         (head(2**31 - 1), "message of 2147483647 bytes, allowed: 8 to 1000"),
@@ -214,7 +215,7 @@ def test_port_commands_have_a_limit():
             assert len(feed(Receiver(), data)) == 1
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("envelope", "stamp"),
     [
         ("3 4.5", Stamp(3, 4.5)),

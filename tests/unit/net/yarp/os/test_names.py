@@ -2,6 +2,7 @@ import errno
 
 import pytest
 
+from every_case import every_case
 from grabbergui.core.errors import (
     LocalProtocolError,
     SourceUnavailableError,
@@ -138,7 +139,7 @@ def test_a_configuration_that_may_not_be_read_is_named_and_not_passed_over(tmp_p
         NameClient.find("127.0.0.1:10000")
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("text", "target"),
     [
         ("/reader", Target("/reader", "tcp")),

@@ -6,11 +6,12 @@ from typing import Any
 
 import pytest
 
+from every_case import every_case
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.values import Vocab, item_text
 
 
-@pytest.mark.parametrize(
+@every_case(
     ("item", "text"),
     [
         *((Vocab("1"), "true"), (Vocab(0), "false"), (True, "true"), (Vocab("once"), "once"), ("a b", "a b")),
