@@ -16,87 +16,81 @@ Points = NDArray[np.float64]
 
 LEAST_EDGE = 24.0
 "Pixels of the shortest edge that is measured; the black of a shorter one is too narrow to look across."
-AT_THE_ENDS = 0.12
-"Share of an edge at each end where the corner's blur reaches."
-ACROSS = 0.09
-"Pixels to look across an edge each way, as a share of its length: about half a cell of a marker."
-MOST_ACROSS = 6.0
-"Pixels to look across an edge at most."
-STEP = 0.5
-"Pixels between two looks across an edge."
-MOST_PLACES = 80
-"Places along an edge where it is measured, at most one per pixel."
-LEAST_PLACES = 8
-"Places that must show the edge."
+PLACES = np.linspace(0.12, 0.88, 48)
+"Where an edge is measured, as shares of its length: not at the ends, which the corners' blur reaches."
+POWERS = np.vander(PLACES, 3, increasing=True)
+LOOKS = np.linspace(-1.0, 1.0, 17)
+"Where each place is looked at across the edge, from inside to outside, in units of the reach."
+REACH, MOST_REACH = 0.09, 6.0
+"Pixels to look each way: a share of the edge's length, about half a cell of a marker, and the most."
 LEAST_STEP = 8.0
 "Grey values from black to white below which a place does not show the edge."
+LEAST_PLACES = 24
+"Places that must show each edge, near one line."
 LEAST_ANGLE = 0.1
 "Sine of the angle of two edges, below which they do not make a corner."
 MOST_MOVED = 3.0
 "Pixels that a corner may move."
+NEARLY_RIGHT = 0.3
+"Pixels that the corners were wrong, below which the edges are not measured again from where they were found."
+BEFORE, NEXT = (3, 0, 1, 2), (1, 2, 3, 0)
+"The edge or corner before each, and the next one."
 
 
 def intersected(grey: NDArray[np.uint8], corners: Points) -> Points:
-    """Return the corners (4, 2), in order around the square, more accurately; unchanged if that fails.
+    """Return the corners (4, 2), clockwise around the square, more accurately; unchanged if that fails.
 
     `grey` is (rows, columns). Edges are measured as parabolas, as a lens bends them.
     """
     found = corners
-    for _ in range(2):  # the second time, the looks are centred on the edges
-        edges = [_edge(grey, found[index], found[(index + 1) % 4]) for index in range(4)]
-        measured = [edge for edge in edges if edge is not None]
-        if len(measured) < 4:
+    for _ in range(2):
+        measured = _measured(grey, found)
+        if measured is None or np.abs(measured - corners).max() > MOST_MOVED:
             return corners
-        found = np.array([_meet(measured[index - 1], measured[index], found[index]) for index in range(4)])
-        if not np.all(np.abs(found - corners) <= MOST_MOVED):  # also where one is not a number
-            return corners
+        moved, found = np.abs(measured - found).max(), measured
+        if moved < NEARLY_RIGHT:
+            break
     return found
 
 
-class _Edge:
-    """An edge from `start`, `along` a direction, displaced to `aside` by a parabola of the way along."""
-
-    def __init__(self, start: Points, along: Points, aside: Points, parabola: NDArray[np.float64]) -> None:
-        self.aside = aside
-        self._start, self._along, self._parabola = start, along, parabola
-
-    def offset(self, place: Points) -> float:
-        """Return where the edge is, in pixels to `aside`, beside a place."""
-        way = float((place - self._start) @ self._along)
-        return float(self._start @ self.aside + np.polyval(self._parabola, way))
-
-
-def _edge(grey: NDArray[np.uint8], start: Points, end: Points) -> _Edge | None:
-    """Measure the edge between two corners; None if the image does not show it."""
-    length = float(np.linalg.norm(end - start))
-    if length < LEAST_EDGE:
+def _measured(grey: NDArray[np.uint8], corners: Points) -> Points | None:
+    """Return where the edges between these corners meet; None if the image does not show them."""
+    edges = corners[NEXT, :] - corners
+    lengths = np.sqrt(np.sum(edges**2, axis=1))
+    if lengths.min() < LEAST_EDGE:
         return None
-    along = (end - start) / length
-    aside = np.array([along[1], -along[0]])  # outwards, as the corners go round clockwise
-    count = int(min(MOST_PLACES, (1 - 2 * AT_THE_ENDS) * length))
-    ways = np.linspace(AT_THE_ENDS, 1 - AT_THE_ENDS, count) * length
-    reach = min(MOST_ACROSS, ACROSS * length)
-    looks = np.arange(-reach, reach + STEP / 2, STEP)
-    places = (start + ways[:, None, None] * along + looks[None, :, None] * aside).astype(np.float32)
-    values = cv2.remap(grey, places[..., 0], places[..., 1], cv2.INTER_LINEAR).astype(np.float64)
-    rises = np.clip(np.diff(values, axis=1), 0, None)  # from the black to the white outside
-    total = rises.sum(axis=1)
-    shown = total >= LEAST_STEP
-    if np.count_nonzero(shown) < LEAST_PLACES:
+    along = edges / lengths[:, None]
+    aside = np.column_stack([along[:, 1], -along[:, 0]])  # outwards
+    sides = np.stack([aside[BEFORE, :], aside], axis=1)
+    if np.abs(np.linalg.det(sides)).min() < LEAST_ANGLE:
         return None
-    offsets = rises[shown] @ (looks[:-1] + STEP / 2) / total[shown]
-    ways = ways[shown]
-    straight = np.abs(offsets - np.median(offsets)) <= max(0.5, reach / 3)  # not a thumb over the edge
-    if np.count_nonzero(straight) < LEAST_PLACES:
+    offsets, shown = _offsets(grey, corners, edges, aside, np.minimum(MOST_REACH, REACH * lengths))
+    if shown.sum(axis=1).min() < LEAST_PLACES:
         return None
-    return _Edge(start, along, aside, np.polyfit(ways[straight], offsets[straight], 2))
+    weighted = POWERS.T * shown[:, None, :]
+    parabolas = np.linalg.solve(weighted @ POWERS, weighted @ offsets[:, :, None])[..., 0]
+    starts = np.stack([corners[BEFORE, :], corners], axis=1)
+    ways = (along / lengths[:, None])[[BEFORE, (0, 1, 2, 3)]].transpose(1, 0, 2)
+    bent = parabolas[[BEFORE, (0, 1, 2, 3)]].transpose(1, 0, 2)
+    met = corners
+    for _ in range(2):  # along the parabolas of the edge before each corner and of the one after it
+        share = np.sum((met[:, None] - starts) * ways, axis=2)
+        moved = bent[..., 0] + share * (bent[..., 1] + share * bent[..., 2])
+        met = corners + np.linalg.solve(sides, moved[:, :, None])[..., 0]
+    return met
 
 
-def _meet(one: _Edge, other: _Edge, corner: Points) -> Points:
-    """Return where two edges meet near a corner; not a number where they are nearly parallel."""
-    sides = np.array([one.aside, other.aside])
-    if abs(np.linalg.det(sides)) < LEAST_ANGLE:
-        return np.full(2, np.nan)
-    for _ in range(3):
-        corner = np.linalg.solve(sides, [one.offset(corner), other.offset(corner)])
-    return corner
+def _offsets(
+    grey: NDArray[np.uint8], corners: Points, edges: Points, aside: Points, reach: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return how many pixels outside each edge is (4, places), and whether the image shows it there."""
+    looks = reach[:, None] * LOOKS
+    along = corners[:, None] + PLACES[:, None] * edges[:, None]
+    at = (along[:, :, None] + looks[:, None, :, None] * aside[:, None, None]).astype(np.float32)
+    x, y = at.reshape(len(corners), -1, 2).transpose(2, 0, 1)
+    values = cv2.remap(grey, x, y, cv2.INTER_LINEAR).astype(np.float64).reshape(at.shape[:-1])
+    rises = np.clip(np.diff(values, axis=2), 0, None)  # from the black to the white outside
+    steps = rises.sum(axis=2)
+    offsets = (rises @ ((looks[:, 1:] + looks[:, :-1]) / 2)[:, :, None])[..., 0] / np.maximum(steps, 1.0)
+    near = np.abs(offsets - np.median(offsets, axis=1, keepdims=True)) <= np.maximum(0.5, reach[:, None] / 3)
+    return offsets, near & (steps >= LEAST_STEP)  # a thumb over the edge is not near
