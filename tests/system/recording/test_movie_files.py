@@ -24,7 +24,7 @@ from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.kinds import MOVIE_KINDS, RecordingKind
 from grabbergui.recording.opening import open_recording, playable_frames
 from grabbergui.recording.recorder import create_writer
-from patience import PATIENCE, until
+from patience import PROGRAM, until
 
 av = pytest.importorskip("av", reason="needs the package av")
 
@@ -219,7 +219,7 @@ for width, height in ((16, 16), (48, 32), (48, 48), (34, 34), (32, 320)):
         [sys.executable, "-c", code, str(tmp_path), kind.value],
         stderr=subprocess.PIPE,
         text=True,
-        timeout=PATIENCE,
+        timeout=PROGRAM,
         env=checked,
     )
     assert done.returncode == 0, done.stderr[-300:]
@@ -242,7 +242,7 @@ FULL += WRITE.replace(
 def test_a_movie_on_a_full_disk_ends_and_is_played(tmp_path, kind):
     path = tmp_path / "x.mp4"
     ended = subprocess.run(
-        [sys.executable, "-c", FULL, str(path), kind.value], capture_output=True, text=True, timeout=PATIENCE
+        [sys.executable, "-c", FULL, str(path), kind.value], capture_output=True, text=True, timeout=PROGRAM
     )
     assert ended.stderr.strip() == "OSError(27, 'File too large')"
     assert path.stat().st_size <= LIMIT

@@ -152,9 +152,12 @@ def test_a_killed_server_is_missed_within_a_second_and_its_successor_is_no_secon
         "/doomed",
     ]
     notices: list[str] = []
-    servers = [subprocess.Popen(served)]
+    servers = [subprocess.Popen(served, stdout=subprocess.PIPE, text=True)]
     grabber = Ros2Grabber("/doomed")
     try:
+        assert servers[0].stdout is not None
+        # Programs start slowly on a busy machine, and opening waits for 20 s at most.
+        assert any("/doomed" in line for line in servers[0].stdout), "it serves"
         grabber.open()
         grabber.noticed.connect(notices.append)
         frames = grabber.open_queue(1)
@@ -181,4 +184,4 @@ def test_a_killed_server_is_missed_within_a_second_and_its_successor_is_no_secon
         grabber.close()
         for server in servers:
             server.kill()
-            server.wait()
+            server.communicate()

@@ -12,7 +12,7 @@ import pytest
 from grabbergui.cli import CommandParser
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.cli import servo as command
-from patience import PATIENCE, until
+from patience import PATIENCE, PROGRAM, until
 
 LEADER = """
 import os
@@ -45,7 +45,7 @@ def test_a_background_job_does_not_read_the_keyboard():
 
 def test_a_pipe_is_no_keyboard():
     program = "from grabbergui.servo.cli import servo; print(servo._at_terminal())"
-    run = subprocess.run([sys.executable, "-c", program], input=b"", capture_output=True, timeout=PATIENCE)
+    run = subprocess.run([sys.executable, "-c", program], input=b"", capture_output=True, timeout=PROGRAM)
     assert run.stdout.split() == [b"False"]
 
 

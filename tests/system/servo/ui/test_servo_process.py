@@ -23,7 +23,7 @@ from grabbergui.servo.runner import HELD, Runner
 from grabbergui.servo.ui import servo_process
 from grabbergui.servo.ui.servo_process import servo_in_own_process
 from grabbergui.ui.theme import Theme
-from patience import PATIENCE, until
+from patience import PATIENCE, PROGRAM, until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills processes by signals")
 
@@ -125,7 +125,7 @@ def test_the_hand_eye_wizard_opens_in_a_process_without_a_window_so_far():
     """`hand-eye --window`, and Hand–eye… in the servoing window, aborted: there was no application."""
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
     program = [sys.executable, "-c", WIZARD]
-    run = subprocess.run(program, env=environment, capture_output=True, text=True, timeout=PATIENCE)
+    run = subprocess.run(program, env=environment, capture_output=True, text=True, timeout=PROGRAM)
     assert (run.returncode, run.stdout.split()) == (0, ["None", "None"]), run.stderr
 
 
@@ -187,7 +187,7 @@ def test_a_screenshot_that_cannot_be_written_is_named(tmp_path):
         env=os.environ | {"QT_QPA_PLATFORM": "offscreen"},
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=PROGRAM,
     )
     assert program.returncode == 1
     assert f"grabbergui: the screenshot could not be written to {path}\n" in program.stderr
