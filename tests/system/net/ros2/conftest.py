@@ -6,6 +6,7 @@ import pytest
 
 from grabbergui import sources
 from ros2_domain import own_domain
+from ros2_patience import be_patient
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -23,12 +24,8 @@ def ros_home(monkeypatch, tmp_path):
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch):
-    """Others may have the machine's cores; what is to be found is found in the end."""
-    monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 20.0)
-    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 20.0)
-    monkeypatch.setattr("grabbergui.net.ros2.client_link.SETTLED", 5.0)
-    monkeypatch.setattr("grabbergui.net.ros2.client_link.FIRST_ANSWER", 20.0)
-    monkeypatch.setattr("grabbergui.net.ros2.client.OVERDUE", 5.0)
+    """Others may have the machine's cores."""
+    be_patient(monkeypatch)
 
 
 @pytest.fixture

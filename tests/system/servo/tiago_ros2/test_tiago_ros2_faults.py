@@ -38,6 +38,7 @@ from grabbergui.servo.robots.tiago_nodes import NODE  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
 from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, attempts, until  # noqa: E402
+from ros2_patience import be_patient  # noqa: E402
 from whole_chain import detecting_runner  # noqa: E402
 
 
@@ -82,7 +83,8 @@ def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, liste
     until(lambda: at_rest(twists), "a last command to rest")
 
 
-def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config):
+def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config, monkeypatch):
+    be_patient(monkeypatch)
     others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
     limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
     object.__setattr__(config, "safety", limits)
