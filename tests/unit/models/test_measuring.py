@@ -165,14 +165,14 @@ def bench():
 
 
 def test_without_a_request_nothing_is_measured_and_no_thread_runs(bench):
-    before = threading.active_count()
+    before = set(threading.enumerate())
     bench.model.want(Wanted())
-    assert threading.active_count() == before
+    assert not set(threading.enumerate()) - before
     bench.model.want(Wanted(histogram=True))
     until(lambda: bench.reported)
     assert bench.reported[0].histogram is not None and bench.reported[0].sharpness is None
     bench.model.want(Wanted())
-    until(lambda: threading.active_count() == before)
+    until(lambda: not set(threading.enumerate()) - before)
 
 
 def test_each_frame_is_measured_once_and_again_when_something_else_is_wanted(bench):
