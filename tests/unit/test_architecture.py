@@ -1,11 +1,14 @@
 """Where libraries may be imported, and how long a file may be; `lint-imports` checks the packages."""
 
 import ast
+import gc
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
 import pytest
+
+from every_case import every_case
 
 PACKAGE = Path(__file__).parents[2] / "grabbergui"
 MODULES = sorted(PACKAGE.rglob("*.py"))
@@ -48,11 +51,15 @@ TWINS = {
 CODE = (ast.ClassDef, ast.FunctionDef)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def forget():
-    """Forget the trees: every later garbage collection would search their million objects."""
+@pytest.fixture
+def trees():
+    """Keep the trees of all files for one test. Garbage collections would search their million objects."""
+    collects = gc.isenabled()
+    gc.disable()
     yield
     parsed.cache_clear()
+    if collects:
+        gc.enable()
 
 
 @cache
@@ -93,7 +100,7 @@ def name(path):
     return path.relative_to(PACKAGE).as_posix()
 
 
-def test_libraries_are_imported_only_where_they_are_at_home():
+def libraries_are_imported_only_where_they_are_at_home():
     strays = {
         (name(path), library)
         for path in MODULES
@@ -112,7 +119,7 @@ def test_no_rule_separates_families_within_a_file():
     assert not [name(path) for path in MODULES if "# -- " in path.read_text("utf-8")]
 
 
-def test_constants_stand_above_the_code_that_uses_them():
+def constants_stand_above_the_code_that_uses_them():
     """Numbers and texts. Constants made of classes stand below these; TEO's, beside its chains."""
     below_code = []
     for path in MODULES:
@@ -126,7 +133,7 @@ def test_constants_stand_above_the_code_that_uses_them():
     assert not below_code
 
 
-def test_no_constructor_takes_eight_arguments_by_their_order():
+def no_constructor_takes_eight_arguments_by_their_order():
     """What several classes get together is one object (`SourceContext`), and options have names."""
     wide = [
         name(path)
@@ -139,7 +146,7 @@ def test_no_constructor_takes_eight_arguments_by_their_order():
     assert not wide
 
 
-def test_a_class_name_means_one_thing():
+def a_class_name_means_one_thing():
     """Whoever searches for a class finds one idea. Private classes are read only inside of their file."""
     places = defaultdict(list)
     for path in MODULES:
@@ -149,6 +156,20 @@ def test_a_class_name_means_one_thing():
     found = {each: files for each, files in places.items() if len(files) > 1}
     assert not {each: files for each, files in found.items() if each not in TWINS or len(files) > 2}
     assert found.keys() == TWINS, "a twin that is alone needs no exception"
+
+
+@every_case(
+    "rule",
+    [
+        libraries_are_imported_only_where_they_are_at_home,
+        constants_stand_above_the_code_that_uses_them,
+        no_constructor_takes_eight_arguments_by_their_order,
+        a_class_name_means_one_thing,
+    ],
+    ids=lambda rule: rule.__name__,
+)
+def test_the_syntax_of_all_files_keeps_each_rule(trees, rule):
+    rule()
 
 
 def test_the_rules_see_what_they_should(tmp_path, monkeypatch):
