@@ -40,8 +40,10 @@ _BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
 }
 _EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
 """Features that keep their control while they cannot be used, so that the layout stays."""
-FIELD_WIDTH = 104
-"Most pixels of a number that is beside its slider."
+FIELD_WIDTH, LEAST_SLIDER = 104, 52
+"Pixels of a number that is beside its slider, and least of that slider."
+CARD_WIDTH = 350
+"Pixels for a control without a slider beside others, whose texts may change at any time."
 INDENT = 14
 """Pixels by which a feature stands below its selector."""
 
@@ -184,8 +186,17 @@ class FeatureRow(QWidget):
             has_slider = self.editor is not None and self.editor.slider() is not None
             self._grid.setColumnStretch(1, int(has_slider))
             self._grid.setColumnStretch(2, int(not has_slider))
+            expected = has_slider or self.editor is None  # so that lines of controls stay when values come
+            self._grid.setColumnMinimumWidth(1, LEAST_SLIDER if expected else 0)
+            self._grid.setColumnMinimumWidth(2, FIELD_WIDTH if expected else 0)
             if self.editor is not None:
+                self.editor.setMinimumWidth(FIELD_WIDTH if has_slider else 0)
                 self.editor.setMaximumWidth(FIELD_WIDTH if has_slider else QWIDGETSIZE_MAX)
+
+    def leastWidth(self) -> int:
+        """Return the pixels that it needs beside others, with a slider that can just be aimed at."""
+        has_slider = self.editor is None or self.editor.slider() is not None
+        return min(self._grid.minimumSize().width(), CARD_WIDTH) if has_slider else CARD_WIDTH
 
     @property
     def autoName(self) -> str | None:

@@ -18,14 +18,13 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QGridLayout, QLabel, QScrollArea, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
-from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
+from grabbergui.ui.editors.feature_row import CARD_WIDTH, FeatureRow, FeatureRows, dragged_feature
 from grabbergui.ui.form_loader import load_form
 
 LINE_HEIGHT = 36
 "Height of a line of controls in pixels, with its margins."
-CARD_WIDTH = 350
-"""Least width of a card; a line has as many as fit."""
 MOST_WIDTH = 620
+"Most width of a control in pixels; more is left free."
 
 
 class FavouritesStrip(QWidget):
@@ -47,7 +46,8 @@ class FavouritesStrip(QWidget):
         self._camera: Hashable = None
         self._pages: dict[Hashable, tuple[tuple[FeatureDescription, ...], list[FeatureRow]]] = {}
         "Cards of cameras that may be shown again, and the features they are of."
-        self._columns = 1
+        self._widths: list[int] = []
+        "Least width of each column of cards."
         self._place: int | None = None
         "Index of the card before which the dragged feature would go."
         self._hint = self.hintLabel.text()
@@ -98,7 +98,7 @@ class FavouritesStrip(QWidget):
 
     def heightsOfLines(self, width: int) -> list[int]:
         """Pixels of height that the first line of cards needs in that width, the first two, … all of them."""
-        margins, columns = self._margins(), self._fitting(width)
+        margins, columns = self._margins(), len(self._fitting(width))
         cards = self.shownCards
         height, heights = margins.top() + margins.bottom(), []
         for index in range(0, len(cards), columns):
@@ -110,8 +110,13 @@ class FavouritesStrip(QWidget):
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Fill the lines again for the new width."""
         super().resizeEvent(event)
-        if self._fitting(self.width()) != self._columns:
-            self._arrange()
+        self._adapt()
+
+    def event(self, event: QEvent | None) -> bool:
+        """Fill the lines again when a card needs another width, as once its automatic mode is known."""
+        if event is not None and event.type() == QEvent.Type.LayoutRequest:
+            self._adapt()
+        return super().event(event)
 
     def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
         """Accept features only."""
@@ -142,7 +147,7 @@ class FavouritesStrip(QWidget):
             below = position.y() > box.bottom() + self.cards.verticalSpacing()
             if not below and position.x() < box.center().x():
                 return index
-            last_of_line = (index + 1) % self._columns == 0
+            last_of_line = (index + 1) % len(self._widths) == 0
             if not below and last_of_line:
                 return index + 1
         return len(self.shownCards)
@@ -169,25 +174,34 @@ class FavouritesStrip(QWidget):
         layout = self.layout()
         return layout.contentsMargins() if layout is not None else self.contentsMargins()
 
-    def _fitting(self, width: int) -> int:
-        """Return how many cards fit in a line of that width."""
+    def _fitting(self, width: int) -> list[int]:
+        """Return the least widths of as many columns of cards as fit beside each other in that width."""
         margins, gap = self._margins(), self.cards.horizontalSpacing()
-        room = width - margins.left() - margins.right() + gap
-        return max(1, min(room // (CARD_WIDTH + gap), len(self.shownCards)))
+        room = width - margins.left() - margins.right()
+        least = [card.leastWidth() for card in self.shownCards]
+        for columns in range(len(least), 1, -1):
+            widths = [max(least[column::columns]) for column in range(columns)]
+            if sum(widths) + gap * (columns - 1) <= room:
+                return widths
+        return [max(least, default=CARD_WIDTH)]
+
+    def _adapt(self) -> None:
+        if self._fitting(self.width()) != self._widths:
+            self._arrange()
 
     def _arrange(self) -> None:
-        columns = self._fitting(self.width())
-        for column in range(max(columns, self._columns)):
-            self.cards.setColumnStretch(column, 1 if column < columns else 0)
-        self._columns = columns
+        before, self._widths = len(self._widths), self._fitting(self.width())
+        for column in range(max(before, len(self._widths))):
+            # Sliders, which get what is left, are about as long as each other.
+            self.cards.setColumnStretch(column, self._widths[column] if column < len(self._widths) else 0)
         for index, card in enumerate(self.shownCards):
-            self.cards.addWidget(card, index // columns, index % columns)
+            card.setMinimumWidth(card.leastWidth())
+            self.cards.addWidget(card, *divmod(index, len(self._widths)))
         self.updateGeometry()
 
     def _card(self, description: FeatureDescription) -> FeatureRow:
         row = self.rows.make(description, self)
         row.standBesideOthers()
-        row.setMinimumWidth(CARD_WIDTH)
         row.setMaximumWidth(MOST_WIDTH)
         row.move(0, self.height())  # not over the others, until the layout has a place for it
         row.show()

@@ -3,14 +3,16 @@
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QSettings, Qt
 from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
-from PyQt5.QtWidgets import QApplication, QLabel
+from PyQt5.QtWidgets import QApplication
 
 from feature_menus import choose_from_menu, menu_of
+from grabbergui.core.features import FeatureDescription, FeatureKind
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.models.features.pinned import MOST_PINNED, moved, placed, without
 from grabbergui.models.unavailable import Unavailable
+from grabbergui.ui.editors.feature_row import CARD_WIDTH
 from grabbergui.ui.preferences import Preferences, camera_model
-from grabbergui.ui.views.favourites import CARD_WIDTH, LINE_HEIGHT, FavouritesStrip
+from grabbergui.ui.views.favourites import LINE_HEIGHT, FavouritesStrip
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
 
@@ -151,11 +153,9 @@ def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
 
 def test_low_cards_in_one_line_need_no_scroll_bar(qtbot):
     """Their height is that of a font, a language, or a camera that is only read."""
-    strip, card = FavouritesStrip(), QLabel("Gain")
+    strip = FavouritesStrip()
     qtbot.addWidget(strip)
-    strip.hintLabel.hide()
-    strip.cards.addWidget(card)
-    strip.shownCards = [card]
+    strip.setFavourites([FeatureDescription(name="Gain", kind=FeatureKind.FLOAT)])
     (line,) = strip.heightsOfLines(CARD_WIDTH)
     assert strip.minimumSizeHint().height() <= line < LINE_HEIGHT, "the area is as high as the line"
 

@@ -5,10 +5,11 @@ from PyQt5.QtCore import QRect
 from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QAction
 
+from grabbergui.ui.editors.feature_row import LEAST_SLIDER
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
 
-FULL_HD, LAPTOP, NETBOOK = (1920, 1080), (1366, 768), (1024, 600)
+FULL_HD, LAPTOP, SMALL, NETBOOK = (1920, 1080), (1366, 768), (1280, 800), (1024, 600)
 FOUR_TO_THREE, SIXTEEN_TO_NINE = "width=64&height=48", "width=64&height=36"
 
 
@@ -76,3 +77,14 @@ def test_controls_of_every_minute_are_seen_beside_it(make_app, qapp, size):
                     *window.favourites.shownCards):  # fmt: skip
         app.until(lambda control=control: control.visibleRegion().boundingRect() == control.rect())
     assert window.sources.addressEdit.isVisible(), "in front, or a tab beside the features"
+
+
+@pytest.mark.parametrize(("size", "language"), [(LAPTOP, "es"), (SMALL, "en"), (SMALL, "es")])
+def test_exposure_gain_and_rate_share_one_line(make_app, qapp, size, language):
+    app = window_of(make_app, qapp, size, [FOUR_TO_THREE], False, language)
+    cards = app.window.favourites.shownCards
+    app.until(lambda: [card.auto is not None for card in cards] == [True, True, False])
+    sliders = [card.editor.slider() for card in cards]
+    assert len(app.settled(lambda: {card.y() for card in cards})) == 1
+    app.until(lambda: min(slider.width() for slider in sliders) >= LEAST_SLIDER)
+    assert max(slider.width() for slider in sliders) < 2 * min(slider.width() for slider in sliders)
