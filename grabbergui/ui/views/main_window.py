@@ -198,7 +198,8 @@ class MainWindow(QMainWindow):
         self.setMenuWidget(self.header)
         self._tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock,
                        self.changesDock, self.logDock)  # fmt: skip
-        self._panels = PanelLayout(self, (self.sourcesDock, self.featuresDock), self._tools)
+        sides = (self.sourcesDock, self.featuresDock)
+        self._panels = PanelLayout(self, sides, self._tools, self.sources.cardsCut)
         around = (self.header, self.statusbar, self.sourcesDock, self.featuresDock, *self._tools)
         self._full_screen = FullScreen(self, self.image, self.favouritesArea, around, self.actionFullScreen)
         self._panel_actions: dict[QDockWidget, QAction] = {}

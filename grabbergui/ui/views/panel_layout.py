@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer
@@ -16,7 +16,7 @@ LEAST_COLUMN, MOST_COLUMN, COLUMN_SHARE = 280, 390, 0.22
 "Width of the panels beside the image: pixels, and share of the window's width."
 VAST_SHARE = 0.14
 "Share of a window's width that they may have beyond `MOST_COLUMN`, on screens of 4K without scaling."
-SOURCES_SHARE, TOOLS_SHARE = 0.4, 0.26
+SOURCES_SHARE, TOOLS_SHARE = 0.5, 0.26
 "Shares of the window's height: most for the sources, usual for the tools."
 BELOW_SHARE = 0.4
 "Share of a tall window's height for the panels below the image."
@@ -63,10 +63,18 @@ class PanelLayout(QObject):
     "Events of a panel, and of the window, after which another arrangement may suit."
 
     def __init__(
-        self, window: QMainWindow, sides: tuple[QDockWidget, QDockWidget], tools: Sequence[QDockWidget]
+        self,
+        window: QMainWindow,
+        sides: tuple[QDockWidget, QDockWidget],
+        tools: Sequence[QDockWidget],
+        cards_cut: Callable[[int], int],
     ) -> None:
-        """`sides` are sources and features; of the `tools` below them, only one is seen at a time."""
+        """`sides` are sources and features; of the `tools` below them, only one is seen at a time.
+
+        `cards_cut` returns the height of the last cards of the sources that take at least so many pixels.
+        """
         super().__init__(window)
+        self._cards_cut = cards_cut
         self._window, self._sides, self._tools = window, sides, tuple(tools)
         self._docks = (*sides, *tools)
         self._shown: PanelArrangement | None = None
@@ -79,7 +87,7 @@ class PanelLayout(QObject):
         self._column = 0
         "Width that the column was given then."
         self._opened = False
-        "Whether a panel needs more height than before, for which Qt makes the least room possible."
+        "Whether the panels need other heights than before, which Qt shares out as it likes."
         for dock in self._docks:
             dock.dockLocationChanged.connect(self._on_dock_moved)
             dock.installEventFilter(self)
@@ -93,7 +101,7 @@ class PanelLayout(QObject):
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
         """Follow the size of the window, and the panels that are opened and closed."""
         if event is not None and event.type() in self._CAUSES[watched is self._window]:
-            self._opened |= event.type() == QEvent.Type.ShowToParent and watched in self._tools
+            self._opened |= watched in self._tools
             QTimer.singleShot(0, self.adapt)  # once it is laid out
         elif event is not None and event.type() == QEvent.Type.LayoutRequest and watched is self._sides[0]:
             self._follow_sources()
@@ -104,7 +112,7 @@ class PanelLayout(QObject):
         wanted = self._wanted()
         if self._shown not in (wanted, PanelArrangement.OWN) and not self._window.isFullScreen():
             self._arrange(wanted)
-        elif self._opened or self._sources_are_cut():
+        elif self._opened or self._sources_are_odd():
             self._size()
             self._fit_column()
         else:
@@ -134,8 +142,10 @@ class PanelLayout(QObject):
         self._busy = busy
 
     def _wanted(self) -> PanelArrangement:
-        docked = [dock for dock in self._tools if not dock.isHidden() and not dock.isFloating()]
-        return arrangement_for(self._window.size(), tool=bool(docked))
+        return arrangement_for(self._window.size(), tool=self._shows_tool())
+
+    def _shows_tool(self) -> bool:
+        return any(not dock.isHidden() and not dock.isFloating() for dock in self._tools)
 
     def _arrange(self, wanted: PanelArrangement) -> None:
         window, (sources, features), (first, *others) = self._window, self._sides, self._tools
@@ -192,25 +202,32 @@ class PanelLayout(QObject):
             heights[sources] = self._sources_height = self._usual_sources(centre)
         for dock in self._tools:
             if not dock.visibleRegion().isEmpty():
-                heights[dock] = max(LEAST_TOOL, round(centre.height() * TOOLS_SHARE))
+                heights[dock] = self._usual_tool(centre)
         heights[features] -= sum(list(heights.values())[1:])
         window.resizeDocks(list(heights), list(heights.values()), Qt.Orientation.Vertical)
 
     def _follow_sources(self) -> None:
-        """Give the sources more height when there are more of them; the user may have made it less."""
+        """Give the sources another height when there are more or fewer; the user may have changed it."""
         centre = self._window.centralWidget()
-        if centre is not None and self._usual_sources(centre) > self._sources_height:
+        if centre is not None and self._usual_sources(centre) != self._sources_height:
             self.fit()
 
     def _usual_sources(self, centre: QWidget) -> int:
-        return min(self._sides[0].sizeHint().height(), round(centre.height() * SOURCES_SHARE))
+        """Return the height for all sources, or for as many whole ones as leave the features room."""
+        rest = centre.height() - self._usual_tool(centre) * self._shows_tool() - LEAST_PANEL
+        needed = self._sides[0].sizeHint().height()
+        return needed - self._cards_cut(needed - min(rest, round(centre.height() * SOURCES_SHARE)))
 
-    def _sources_are_cut(self) -> bool:
-        """Return whether a change of the window's size left the sources less than usual."""
+    def _usual_tool(self, centre: QWidget) -> int:
+        return max(LEAST_TOOL, round(centre.height() * TOOLS_SHARE))
+
+    def _sources_are_odd(self) -> bool:
+        """Return whether a change of the window's size left the sources less than usual, or changed that."""
         centre, sources = self._window.centralWidget(), self._sides[0]
         if centre is None or self._shown is not PanelArrangement.STACKED or sources.isHidden():
             return False
-        return sources.height() < self._usual_sources(centre)
+        usual = self._usual_sources(centre)
+        return sources.height() < usual or usual != self._sources_height
 
     def _on_dock_moved(self, area: Qt.DockWidgetArea) -> None:
         if not self._busy and area != Qt.DockWidgetArea.NoDockWidgetArea:

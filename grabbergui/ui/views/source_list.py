@@ -78,6 +78,7 @@ class SourceListView(QWidget):
         self._unseen = False
         "Whether the selected source should come into view."
         self.gallery.filled.connect(self._hide_open)
+        self.gallery.filled.connect(self._show_selected)
         if (bar := self.scrollArea.verticalScrollBar()) is not None:
             bar.rangeChanged.connect(self._scroll)
         self._recent = QStringListModel(self)
@@ -145,6 +146,23 @@ class SourceListView(QWidget):
         self.sourceList.updateGeometry()
         self.scrollArea.updateGeometry()
 
+    def cardsCut(self, pixels: int) -> int:
+        """Return the height of as many tiles and cards at the end as take at least so many pixels.
+
+        Less, if so few would stay that the list has to be higher.
+        """
+        content = self.scrollArea.widget()
+        if pixels <= 0 or content is None:
+            return 0
+        needed, gap = content.sizeHint().height(), self.gallery.tilesLayout.spacing()
+        heights = [tile.height() + gap for tile in self.gallery.tiles] + self.sourceList.heights()
+        cut = max(0, needed - sum(heights))  # the hint below the cards
+        for height in reversed(heights):
+            if cut >= pixels:
+                break
+            cut += height
+        return min(cut, max(pixels, needed - self.scrollArea.minimumHeight()))
+
     def setCurrent(self, uri: str, connected: bool) -> None:
         """Mark the source that is open or being opened; empty for none."""
         self._select_current = uri != self._current or self._select_current
@@ -207,7 +225,7 @@ class SourceListView(QWidget):
         super().resizeEvent(event)
         self._show_selected()
 
-    def _show_selected(self) -> None:
+    def _show_selected(self, *_: bool) -> None:
         self._unseen = True
         QTimer.singleShot(0, self._scroll)
 

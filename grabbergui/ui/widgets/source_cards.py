@@ -139,7 +139,7 @@ class SourceCards(QListWidget):
 
     def sizeHint(self) -> QSize:
         """Return the height of all cards."""
-        return QSize(super().sizeHint().width(), sum(self._height(row) for row in range(self.count())))
+        return QSize(super().sizeHint().width(), sum(self.heights()))
 
     def minimumSizeHint(self) -> QSize:
         """Return the same height: what is around the list scrolls."""
@@ -150,6 +150,6 @@ class SourceCards(QListWidget):
         super().resizeEvent(event)
         self.updateGeometry()
 
-    def _height(self, row: int) -> int:
-        item = self.item(row)
-        return 0 if item is None or item.isHidden() else self.sizeHintForRow(row)
+    def heights(self) -> list[int]:
+        """Return the height of each card that is not hidden."""
+        return [self.sizeHintForRow(row) for row in range(self.count()) if not self.isRowHidden(row)]
