@@ -82,8 +82,14 @@ class MeasuringController(QObject):
         opened = seen and not self._seen_docks[dock]
         self._seen_docks[dock] = seen
         self._update_wanted()
+        purposes = {
+            self._panels.focusDock: Purpose.FOCUS_REGION,
+            self._panels.profileDock: Purpose.PROFILE_LINE,
+        }
         if opened and dock is self._panels.profileDock and self._line is None and not self._view.empty:
             self._view.draw(Purpose.PROFILE_LINE)  # as its hint asks for a line
+        elif not seen and self._view.drawing.purpose is purposes.get(dock):
+            self._view.drawing.cancel()
 
     def _update_wanted(self) -> None:
         panels, seen = self._panels, self._seen_docks

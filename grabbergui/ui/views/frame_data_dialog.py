@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QWidget
 
+from grabbergui.models.language import translate
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.screen import fit_screen
 from grabbergui.ui.widgets.columns import size_columns
@@ -26,7 +27,7 @@ class FrameDataDialog(QDialog):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("frame_data", self)
-        size_columns(self.table, ("Exposed or received at ",))
+        size_columns(self.table, (translate("FrameData", "Exposed or received at") + " ",))
         self.copyButton.clicked.connect(self.copyRequested)
         self.closeButton.clicked.connect(self.reject)
         fit_screen(self)

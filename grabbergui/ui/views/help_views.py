@@ -215,7 +215,11 @@ class LogPanel(QWidget):
     def addLine(self, line: LogLine) -> None:
         """Add an entry."""
         if self._shown(line):
+            bar = self.text.horizontalScrollBar()
+            before = bar.value() if bar is not None else 0
             self.text.appendPlainText(_text(line))
+            if bar is not None:
+                bar.setValue(before)  # Qt would show the end of a long line
 
     def _shown(self, line: LogLine) -> bool:
         return line.level >= _LEVELS[self.levelBox.currentIndex()]

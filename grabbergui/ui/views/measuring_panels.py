@@ -223,7 +223,7 @@ class ProfilePanel(QWidget):
     rawToggled = pyqtSignal()
     """The sensor's own values are wanted, or the colours shown: see `rawBox`."""
 
-    lineLabel: ElidedLabel
+    lineLabel: QLabel
     rawBox: QCheckBox
     lineButton: QPushButton
     plotPlace: PlotPlace

@@ -10,6 +10,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import (
     QCheckBox,
     QDialog,
+    QGridLayout,
     QGroupBox,
     QLabel,
     QLineEdit,
@@ -56,10 +57,18 @@ class ShareNetworkBox(QGroupBox):
     stateLabel: ElidedLabel
     problemLabel: QLabel
     remedyButton: QPushButton
+    gridLayout: QGridLayout
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("share_network", self)
+        # The fields of all networks stand in the same columns.
+        for column, widgets in (
+            (0, (self.serverLabel, self.domainLabel)),
+            (2, (self.hereBox, self.shareButton)),
+        ):
+            width = max(widget.sizeHint().width() for widget in widgets)
+            self.gridLayout.setColumnMinimumWidth(column, width)
         self.domainSpin.setSpecialValueText(self.tr("as ROS_DOMAIN_ID"))
         self._running = False
         self.shareButton.clicked.connect(self._on_share_clicked)

@@ -58,6 +58,8 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self.hideButtons()
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._marks: list[pg.InfiniteLine] = []
+        # The value at the top of an axis is half above it.
+        self.plotItem.layout.setContentsMargins(0, self.fontMetrics().height() // 2, 0, 0)
         self._filled: bool = False
         self._colours: dict[str, str] = {}
         "Colours of lines that are no channels of an image."

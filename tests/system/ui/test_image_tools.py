@@ -129,14 +129,16 @@ def test_levels_are_fitted_to_a_dark_image_of_twelve_bits(make_app):
     assert app.program.image.settings.levels.neutral
 
 
-def test_a_line_can_be_drawn_as_soon_as_the_profile_is_opened(make_app):
-    """ "Draw a line" was the hint, and a drag moved the image."""
+def test_a_line_can_be_drawn_as_soon_as_the_profile_is_opened_and_until_it_is_closed(make_app):
+    """ "Draw a line" was the hint, and a drag moved the image; later it stayed without the panel."""
     app = make_app()
     app.connect("sim:?width=320&height=240")
     app.watch()
     app.window.profileDock.show()
     app.window.profileDock.raise_()
     app.until(lambda: app.window.image.drawing.purpose is Purpose.PROFILE_LINE)
+    app.window.profileDock.hide()
+    app.until(lambda: app.window.image.drawing.purpose is None)
 
 
 def test_pause_is_grey_while_the_camera_is_stopped(make_app):
