@@ -56,7 +56,6 @@ LEAST_SIZE = QSize(640, 360)
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
 
-
 _MODIFIERS = int(Qt.KeyboardModifier.KeyboardModifierMask)
 _COMMAND_KEYS = _MODIFIERS & ~int(Qt.KeyboardModifier.ShiftModifier)
 _FIRST_NAMED = int(Qt.Key.Key_Escape)

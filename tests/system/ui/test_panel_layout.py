@@ -143,35 +143,6 @@ def test_the_sources_get_more_room_when_more_are_found(app):
     app.until(lambda: window.featuresDock.height() > window.sourcesDock.height())
 
 
-def test_sources_beside_the_features_are_shown_whole(app):
-    """Of two cameras at 1280 × 800, one and a half tiles were seen, and half a card."""
-    window, view = app.window, app.window.sources
-    arranged(app, 1280, 800, PanelArrangement.STACKED)
-    app.connect("sim:?width=64&height=48&fps=5")
-    app.program.opener.open_additional("sim:?width=64&height=48&fps=6")
-    found = [DeviceInfo(f"gige:{n}", serial=str(n), bus="GigE") for n in range(6)]
-    app.program.source_controls.source_list.note_found(found)
-    app.until(lambda: len(view.gallery.tiles) == 2 and view.sourceList.count() >= 6)
-    for size in ((1280, 800), (1920, 1080), (1280, 800)):
-        arranged(app, *size, PanelArrangement.STACKED)
-        app.until(lambda: whole(view) and all(shown(tile) for tile in view.gallery.tiles))
-        app.until(lambda: window.featuresDock.height() >= 300)
-
-
-def shown(widget):
-    return widget.visibleRegion().boundingRect() == widget.rect()
-
-
-def whole(view):
-    """Whether some cards are seen, and none in part; their list has a height of its own."""
-    seen, lower = view.sourceList.viewport().visibleRegion().boundingRect().height(), 0
-    heights = []
-    for height in view.sourceList.heights():
-        lower += height
-        heights.append(lower)
-    return min(abs(seen - height) for height in heights) <= 4
-
-
 @pytest.mark.parametrize(
     ("window", "column"), [(1024, 280), (1366, 301), (1920, 390), (2560, 390), (3840, 538)]
 )

@@ -76,3 +76,13 @@ def test_tiles_and_sources_scroll_together(view, qtbot):
     bars = [area.verticalScrollBar() for area in view.findChildren(QAbstractScrollArea)]
     assert [bar for bar in bars if bar.isVisible()] == [view.scrollArea.verticalScrollBar()]
     assert view.gallery.y() < view.sourceList.y()
+
+
+def test_where_not_all_sources_have_room_whole_cards_are_cut(view):
+    """Beside the features, one and a half tiles and half a card were seen."""
+    view.setSources(sources(10))
+    card, whole = view.sourceList.sizeHintForRow(0), view.scrollArea.widget().sizeHint().height()
+    below = whole - 10 * card
+    assert below >= 0 and view.cardsCut(0) == view.cardsCut(-50) == 0
+    for pixels, cards in ((1, 1), (card, 1), (card + 1, 2), (3 * card, 3)):
+        assert view.cardsCut(below + pixels) == below + cards * card
