@@ -367,14 +367,17 @@ def test_saving_that_is_cancelled_leaves_no_file(app, tmp_path, monkeypatch):
     path = tmp_path / "settings.yaml"
     read = app.grabber.feature
 
+    cancelled = threading.Event()
+
     def slowly(name):
-        time.sleep(0.005)
+        assert cancelled.wait(PATIENCE)
         return read(name)
 
     monkeypatch.setattr(app.grabber, "feature", slowly)
     app.program.feature_controls.settings_files.save(path)
     app.until(lambda: app.window.image.tasks.rows)
     app.window.image.tasks.rows[0].cancelButton.click()
+    cancelled.set()
     app.until(lambda: not app.window.image.tasks.rows)
     assert not path.exists()
 
