@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from fakes import XmlDevice
 from grabbergui.driver.device_grabber import DeviceGrabber
+from patience import attempts
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="V" VendorName="V"
@@ -79,10 +78,10 @@ def test_a_start_command_whose_register_keeps_its_value_starts(opened):
     camera.start()
     assert camera.streaming
     camera.stop()
-    begun = time.monotonic()
-    camera.start()
-    camera.stop()
-    assert time.monotonic() - begun < 0.5  # once is enough to learn it
+    for watch in attempts(0.5):  # once is enough to learn it
+        with watch:
+            camera.start()
+            camera.stop()
 
 
 def test_the_exposure_mode_is_timed_before_the_exposure_time_is_written(opened):

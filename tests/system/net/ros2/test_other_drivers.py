@@ -425,15 +425,16 @@ def test_a_changed_size_is_reported(driver, opened, notices):
 def test_a_clock_that_jumps_back_is_reported_and_arrival_times_are_used(driver, opened, notices):
     remote = opened("ros2:/other")
     frames = remote.open_queue()
+    begun = time.time_ns()
     remote.start()
-    assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
+    assert begun - 2e9 < frames.get(PATIENCE).received_ns < time.time_ns()
 
     driver.stamp = lambda: time.time() - 3600
 
     until(said(notices, "stamps went back by 60 min"))
     until(said(notices, "60 min behind this machine's clock"))
     until(lambda: frames.get(PATIENCE).timestamp_ns < time.time_ns() - 3e12)
-    assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
+    assert begun < frames.get(PATIENCE).received_ns < time.time_ns()
 
 
 def test_two_publishers_of_one_topic_are_reported(driver, opened, notices):
