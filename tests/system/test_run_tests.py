@@ -18,6 +18,7 @@ def test_a_failure_is_not_repeated_and_fails_the_run(tmp_path, monkeypatch):
         "    if not seen.exists():\n        seen.touch()\n        raise AssertionError\n"
     )
     monkeypatch.setattr(run_tests, "OUTCOME", tmp_path / "outcome")
+    monkeypatch.setenv("GRABBERGUI_TEST_WORKERS", "1")  # each loads all that tests share
     assert run_tests.main([str(tmp_path)]) != 0
     assert run_tests.main([str(tmp_path)]) == 0
 
