@@ -7,7 +7,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-INSTALLED = Path(__file__).parents[3] / "lib" / "grabbergui" / "grabbergui"
+INSTALLED = Path(__file__).absolute().parents[3] / "lib" / "grabbergui" / "grabbergui"
 """The program in the package that this file was installed with."""
 PROGRAM = str(INSTALLED) if INSTALLED.is_file() else "grabbergui"
 ARGUMENTS = {

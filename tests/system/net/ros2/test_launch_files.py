@@ -1,10 +1,12 @@
 """The launch file and the parameter file that we ship."""
 
 import os
+import runpy
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -67,6 +69,15 @@ def test_the_launch_file_starts_the_server(probe, tmp_path):
         launched.send_signal(signal.SIGINT)
         said, _ = launched.communicate(timeout=PROGRAM)
     assert "finished cleanly" in said
+
+
+def test_the_launch_file_may_be_given_by_a_relative_path(monkeypatch):
+    """`ros2 launch camera.launch.py` hands on the path as it was typed."""
+    for name in ("launch", "launch.actions", "launch.substitutions", "launch_ros", "launch_ros.actions"):
+        monkeypatch.setitem(sys.modules, name, MagicMock())
+    monkeypatch.chdir(SHIPPED)
+    names = runpy.run_path("camera.launch.py")
+    assert names["PROGRAM"] == "grabbergui", "beside no installed one"
 
 
 def test_the_package_is_in_the_index_with_its_programs_and_launch_file(tmp_path):
