@@ -6,21 +6,27 @@ Times and numbers of frames are shorter. Commands that are not run are listed, w
 from __future__ import annotations
 
 import os
+import pkgutil
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from documented_commands import PAGES, commands, lines
+from documented_commands import ENDS, PAGES, ROOT, commands, lines
 from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
+from isolation import enter_own_namespaces
+from patience import PROGRAM
 
 NET = f"127.94.{os.getpid() % 250 + 1}"
 "Network of this test run alone: others may run at the same time."
@@ -49,21 +55,20 @@ NOT_RUN = {
 """Beginnings of commands that are not run, and why; where, if elsewhere."""
 OTHER_PROGRAMS = {
     ".venv/bin/pip": "installs packages",
-    ".venv/bin/python": "mutation testing takes minutes",
+    "apt-get": "installs packages",
     "echo": "changes the kernel",
     "export": "the shell's",
-    "ip": "changes the network",
-    "make": "what CI itself calls",
-    "nmcli": "changes the network",
+    "nmcli": "needs NetworkManager",
     "pip": "installs packages",
-    "python": "benchmarks take minutes",
-    "python3": "makes an environment",
-    "ros2": "ROS's own tools, which come without wheels",
-    "sysctl": "changes the kernel",
-    "ufw": "changes the firewall",
-    "apt-get": "installs packages",
+    "python3": "makes an environment, as `make setup` does",
+    "ros2": "tests/system/net/ros2/test_ros2cli.py",
+    "ufw": "changes the firewall of this computer",
 }
-"""Programs of others on these pages, none of which is run here, and why."""
+"""Programs of others on these pages that are not run here, and why; where, if elsewhere."""
+DRY = {"make": ["--dry-run"], ".venv/bin/python": ["--help"]}
+"""Options with which a program of others does not do what takes minutes or changes this computer."""
+TRIED = {"ip", "sysctl", "python", *DRY}
+"""Programs of others that are run by the tests below."""
 MAY_FAIL = ("diff", "load", "rig check")
 """Commands whose exit code 1 is a result: settings that differ, a rig with a problem."""
 
@@ -120,11 +125,73 @@ def test_commands_do_what_they_did_when_they_were_written_down(
 
 
 def test_what_is_not_run_is_listed_with_its_reason() -> None:
-    root = Path(__file__).parents[3]
     known = [command for page in PAGES for command in commands(page)]
     assert not [pattern for pattern in NOT_RUN if not any(re.match(pattern, each) for each in known)]
     places = re.findall(r"tests/[\w/.]+", " ".join((*NOT_RUN.values(), *OTHER_PROGRAMS.values())))
-    assert places and not [place for place in places if not (root / place).exists()]
+    assert places and not [place for place in places if not (ROOT / place).exists()]
     others = {words[0] for page in PAGES for words in lines(page) if Path(words[0]).name != "grabbergui"}
-    assert others == OTHER_PROGRAMS.keys()
+    assert others == OTHER_PROGRAMS.keys() | TRIED
     assert sum(len(to_run(page)) for page in PAGES) > 30
+
+
+def of_others(program: str) -> list[list[str]]:
+    """Return the words of each line of the pages that begins with a program of others."""
+    found = []
+    for page in PAGES:
+        for words in lines(page):
+            if words[0] == program:
+                end = next((index for index, word in enumerate(words) if word in ENDS), len(words))
+                found.append(words[:end])
+    return found
+
+
+def ran(command: list[str]) -> str:
+    """Run a command in the repository; return what it printed if it failed."""
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=PROGRAM)
+    return f"{shlex.join(command)}: {done.stdout[-300:]}{done.stderr[-300:]}" if done.returncode else ""
+
+
+@pytest.mark.parametrize("program", DRY)
+def test_a_program_of_others_has_what_a_page_asks_of_it(program: str) -> None:
+    failed = []
+    for words in of_others(program):
+        command = [*words, *DRY[program]]
+        if program == ".venv/bin/python":
+            command = [sys.executable, words[1], *DRY[program]]
+        failed.append(ran(command))
+    assert failed and not any(failed), "\n".join(failed)
+
+
+def test_every_benchmark_of_a_page_is_one() -> None:
+    pytest.importorskip("benchmarks", reason="benchmarks/ is found from the checkout: python -m pytest")
+    import benchmarks
+
+    names = {
+        module.name.rpartition(".")[2] for module in pkgutil.walk_packages(benchmarks.__path__, "benchmarks.")
+    }
+    named = {words[3] for words in of_others("python") if words[1:3] == ["-m", "benchmarks"]}
+    assert named and named <= names
+
+
+@pytest.mark.netns
+@pytest.mark.skipif(sys.platform != "linux", reason="these are Linux's programs")
+def test_commands_for_the_network_are_taken_by_the_kernel() -> None:
+    """Of the interfaces in a network of the test's own, and of the settings that this kernel has."""
+    if os.geteuid() != 0 or not shutil.which("ip"):
+        pytest.skip("a network of its own needs root and `ip` (Debian: iproute2)")
+    failed = []
+
+    def run() -> None:
+        enter_own_namespaces()
+        for interface in ("eth0", "eth1"):
+            assert not ran(
+                ["ip", "link", "add", interface, "type", "veth", "peer", "name", f"{interface}peer"]
+            )
+        failed.extend(ran(words) for words in of_others("ip"))
+
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(run).result()
+    assert failed and not any(failed), "\n".join(failed)
+    for words in of_others("sysctl"):
+        name, _, value = words[-1].partition("=")
+        assert Path("/proc/sys", name.replace(".", "/")).exists() and int(value) > 0
