@@ -5,13 +5,16 @@ Times and numbers of frames are shorter. Commands that are not run are listed, w
 
 from __future__ import annotations
 
+import io
 import os
 import pkgutil
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -26,7 +29,7 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 from isolation import enter_own_namespaces
-from patience import PROGRAM
+from patience import PROGRAM, until
 
 NET = f"127.94.{os.getpid() % 250 + 1}"
 "Network of this test run alone: others may run at the same time."
@@ -41,6 +44,7 @@ INSTEAD = (
 )
 """What takes the place of a camera, a time or a number of frames."""
 NOT_RUN = {
+    r"simulate .*--gige": "runs until it is ended: `test_a_simulated_camera_runs_until_it_is_ended`",
     r"(gui|terminal|calibrate|servo|hand-eye|experiment|simulate\S*|yarp-server)\b": "runs until it is ended",
     r"serve\b|rig serve": "runs until it is ended: tests/system/cli/test_serve.py",
     r"[\w']+:": "the window: tests/system/ui",
@@ -132,6 +136,39 @@ def test_what_is_not_run_is_listed_with_its_reason() -> None:
     others = {words[0] for page in PAGES for words in lines(page) if Path(words[0]).name != "grabbergui"}
     assert others == OTHER_PROGRAMS.keys() | TRIED
     assert sum(len(to_run(page)) for page in PAGES) > 30
+
+
+SIMULATED = sorted(
+    {
+        command
+        for page in PAGES
+        for command in commands(page)
+        if re.match(r"simulate .*--gige", command) and "--twin" not in command  # needs the file of a report
+    }
+)
+
+
+@pytest.mark.parametrize("command", SIMULATED)
+def test_a_simulated_camera_runs_until_it_is_ended(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    line = re.sub(r"127\.0\.0\.(\d)", rf"{NET}.1\1", command)
+    if NET not in line:
+        line = line.replace("--gige", f"--gige {NET}.11")
+    printed, ended, ready = io.StringIO(), threading.Event(), []
+    monkeypatch.setattr(sys, "stdout", printed)
+
+    def end() -> None:
+        """As Ctrl-C does, once the camera is there."""
+        until(lambda: f"is at {NET}.11" in printed.getvalue() or ended.is_set())
+        if not ended.is_set():
+            ready.append(line)
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    ender = threading.Thread(target=end)
+    ender.start()
+    code = main(shlex.split(line))
+    ended.set()
+    ender.join()
+    assert (code, ready) == (0, [line])
 
 
 def of_others(program: str) -> list[list[str]]:
