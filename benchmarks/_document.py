@@ -27,6 +27,7 @@ ORDER = (
     "Both networks at once",
     "The DDS profile",
     "Compared with camera_aravis2",
+    "Compared with a C publisher",
     "YARP ports",
     "Painting",
     "Recording",

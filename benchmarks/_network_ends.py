@@ -46,8 +46,8 @@ class Served:
     "Resident memory in bytes."
 
 
-def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
-    """Share a camera on both networks until `"end"` arrives.
+def serve(pipe: Connection, uri: str, with_ros2: bool, with_yarp: bool = True) -> None:
+    """Share a camera on the networks until None arrives.
 
     Answers `("size", width, height, rate)` with the resulting size, `"begin"` with None, and `"end"` with
     a `Served`.
@@ -61,7 +61,8 @@ def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
         grabber.open()
         stack.callback(grabber.close)
         grabber.start()
-        stack.enter_context(YarpGrabberServer(grabber, YARP_NAME, names=NameClient.find(address)))
+        if with_yarp:
+            stack.enter_context(YarpGrabberServer(grabber, YARP_NAME, names=NameClient.find(address)))
         if with_ros2:
             from grabbergui.net.ros2.server import Ros2GrabberServer
 
