@@ -121,7 +121,8 @@ def _report(error: GrabberError | OSError, *, as_json: bool) -> int:
     if not isinstance(error, GrabberError):
         place = f"{error.filename}: " if error.filename is not None else ""
         message = f"{place}{error.strerror or error}"
-    print_line(f"grabbergui: {message}", error=True)
+    with contextlib.suppress(OSError):
+        print_line(f"grabbergui: {message}", error=True)
     if as_json:
         result: dict[str, Any] = {}
         cause: BaseException = error
@@ -223,12 +224,13 @@ def _nearest(word: str) -> str:
 
 
 def _give_up_output() -> None:
-    """Discard silently what still waits for a full disk or a closed pipe."""
-    try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Discard silently what still waits for a full disk, a closed pipe or a closed terminal."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def shared_options() -> list[argparse.Action]:

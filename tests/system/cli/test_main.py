@@ -205,6 +205,14 @@ def test_a_failure_that_cannot_be_printed_keeps_its_exit_code():
     assert len(done.stderr.splitlines()) == 1 and "no known kind" in done.stderr
 
 
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no /dev/full")
+def test_a_failure_keeps_its_exit_code_where_nothing_at_all_can_be_printed():
+    """As behind a terminal that was closed."""
+    with Path("/dev/full").open("w") as full:
+        line = [*PROGRAM_LINE, "get", "foo:bar", "X"]
+        assert subprocess.run(line, stdout=full, stderr=full, timeout=PROGRAM).returncode == 2
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 def test_a_terminal_without_unicode_is_written_to_in_other_letters(encoding):
     shown = run("features", "sim:", env={**os.environ, "PYTHONIOENCODING": encoding}, stdout=-1)
