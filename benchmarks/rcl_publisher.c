@@ -67,12 +67,13 @@ static int obey_until(int64_t due, int64_t *cpu)
 {
   for (;;) {
     int64_t left = due - now(CLOCK_MONOTONIC);
-    if (left <= 0)
-      return 1;
-    struct timespec wait = {left / SECOND, left % SECOND};
+    struct timespec wait = {left > 0 ? left / SECOND : 0, left > 0 ? left % SECOND : 0};
     struct pollfd input = {STDIN_FILENO, POLLIN, 0};
-    if (ppoll(&input, 1, &wait, NULL) <= 0)
+    if (ppoll(&input, 1, &wait, NULL) <= 0) {
+      if (left <= 0)
+        return 1;
       continue;
+    }
     char line[32] = {0};
     if (read(STDIN_FILENO, line, sizeof line - 1) <= 0)
       return 0;
@@ -120,7 +121,9 @@ int main(int count, char **arguments)
     image.data.data[place] = (uint8_t)place;
 
   int64_t cpu = 0;
-  for (int64_t due = now(CLOCK_MONOTONIC); obey_until(due, &cpu); due += period) {
+  for (int64_t due = now(CLOCK_MONOTONIC); obey_until(due, &cpu);) {
+    int64_t late = now(CLOCK_MONOTONIC) - due;
+    due += late < period ? period : late; /* a camera does not catch up either */
     int64_t stamp = now(CLOCK_REALTIME);
     image.header.stamp.sec = (int32_t)(stamp / SECOND);
     image.header.stamp.nanosec = (uint32_t)(stamp % SECOND);
