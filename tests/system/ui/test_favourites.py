@@ -155,6 +155,9 @@ def test_low_cards_in_one_line_need_no_scroll_bar(qtbot):
     """Their height is that of a font, a language, or a camera that is only read."""
     strip = FavouritesStrip()
     qtbot.addWidget(strip)
+    font = strip.font()
+    font.setPixelSize(9)  # whatever fonts are installed
+    strip.setFont(font)
     strip.setFavourites([FeatureDescription(name="Gain", kind=FeatureKind.FLOAT)])
     (line,) = strip.heightsOfLines(CARD_WIDTH)
     assert strip.minimumSizeHint().height() <= line < LINE_HEIGHT, "the area is as high as the line"
