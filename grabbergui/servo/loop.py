@@ -200,7 +200,8 @@ class ServoLoop:
             step = self.head.step(target, camera, robot.head, now)
         else:
             self.head.rest()
-        if state is State.CENTRING and marker is not None and self._old() and self._centred(robot):
+        nods = self._nod.under_way(now) or self._centred(robot)
+        if state is State.CENTRING and marker is not None and self._old() and nods:
             head = self._nod.velocity(now, robot.head, float(self.head.offset[1]))
         if state.arm_moves and marker is not None and ARM in self._parts:
             followed = velocity if self.config.arm.follow > 0 else None

@@ -133,7 +133,11 @@ class Nod:
         self._begun = -math.inf
         self._from = 0.0
         self._toward = 1.0
-        self._returns = False
+        self._returns = self._rests = False
+
+    def under_way(self, now: float) -> bool:
+        """Return whether a nod has begun and not ended: the target is off centre meanwhile."""
+        return now - self._begun <= NOD_PERIOD_S and not self._rests
 
     def velocity(self, now: float, angles: Vector, below: float) -> Vector:
         """Return the velocities of pan and tilt, rad/s.
@@ -141,11 +145,13 @@ class Nod:
         A target is seen `below` the middle of the image, radians.
         """
         if now - self._begun > NOD_PERIOD_S:
-            self._begun, self._from, self._returns = now, float(angles[1]), False
+            self._begun, self._from = now, float(angles[1])
+            self._returns = self._rests = False
             down, up = self._high[1] - angles[1], angles[1] - self._low[1]
             self._toward = 1.0 if (below >= 0 and down > NOD) or up <= NOD else -1.0
         done = (float(angles[1]) - self._from) * self._toward
         self._returns = self._returns or done >= NOD
-        if self._returns and done <= NOD_SPEED * DRIVES_S:
+        self._rests = self._rests or (self._returns and done <= NOD_SPEED * DRIVES_S)
+        if self._rests:
             return np.zeros(2)
         return np.array([0.0, -NOD_SPEED if self._returns else NOD_SPEED]) * self._toward

@@ -36,8 +36,8 @@ class LateCamera:
         self.sent = deque()
         self.cycle, self.tilts = None, []
         for _ in range(20):
-            off = off_centre(BOARD[:3, 3], self.robot.camera_pose(self.robot.head)) - (aside, 0)
-            self.robot.head = self.robot.head - off * (1, -1)
+            off = off_centre(self.board(0.0)[:3, 3], self.robot.camera_pose(self.robot.head)) - (aside, 0)
+            self.robot.head = np.clip(self.robot.head - off * (1, -1), teo.HEAD.low, teo.HEAD.high)
 
     def run(self, seconds, until=None, *, busy=False):
         """Return the states that were passed; a `busy` computer misses cycles of the loop and images."""
@@ -77,6 +77,16 @@ def test_the_arm_moves_after_a_nod_that_is_seen_in_time(late):
     assert run.run(1.0, State.APPROACHING)[-1] is State.APPROACHING
     assert run.robot.time < 0.7 + late
     assert 0.3 * NOD < max(run.tilts) - min(run.tilts) < 1.3 * NOD
+
+
+@pytest.mark.parametrize("low", [at(0.45, -0.34, 0.0, yaw=27, roll=171), at(0.41, -0.49, 0.05)])
+def test_a_marker_that_the_head_cannot_centre_is_approached_after_a_nod(low):
+    """With the head at its limit each nod was broken off, as the head was not centred during it, for ever."""
+    run = LateCamera(board=lambda now: low)
+    assert run.robot.head[1] > teo.HEAD.high[1] - 0.01
+    assert run.run(1.5, State.APPROACHING)[-1] is State.APPROACHING
+    assert 0.3 * NOD < max(run.tilts) - min(run.tilts) < 1.3 * NOD
+    assert State.APPROACHING not in LateCamera(1.0, board=lambda now: low).run(3 * NOD_PERIOD_S)
 
 
 @pytest.mark.parametrize("late", [0.3, 0.5, 1.0, 1.8])
