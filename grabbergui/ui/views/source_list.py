@@ -235,12 +235,12 @@ class SourceListView(QWidget):
         items = cards.selectedItems()
         if not self._unseen or content is None or not items:
             return
+        if (bar := self.scrollArea.verticalScrollBar()) is not None:
+            bar.setValue(0)  # no card above it is cut for nothing
         if items[0].isHidden():  # the source has a tile
             current = next((tile for tile in self.gallery.tiles if tile.property("current")), None)
             self._unseen = False
             if current is not None:
-                if (bar := self.scrollArea.verticalScrollBar()) is not None:
-                    bar.setValue(0)  # no tile above it is cut for nothing
                 self.scrollArea.ensureWidgetVisible(current, 0, 0)
             return
         card = cards.visualItemRect(items[0])

@@ -66,6 +66,15 @@ def test_no_tile_is_cut_for_nothing_above_the_one_that_comes_into_view(view, qtb
     assert tiles[1].visibleRegion().boundingRect() == tiles[1].rect()
 
 
+def test_no_card_is_cut_for_nothing_above_the_one_that_comes_into_view(view, qtbot):
+    view.setCurrent("gige:127.0.0.1", True)
+    view.setSources(sources(12))
+    qtbot.waitUntil(lambda: view.scrollArea.verticalScrollBar().maximum() > 30)
+    view.scrollArea.verticalScrollBar().setValue(30)
+    view.resize(250, 260)
+    qtbot.waitUntil(lambda: is_in_view(view, 0) and is_in_view(view, 1))
+
+
 def test_tiles_and_sources_scroll_together(view, qtbot):
     """Tiles and list had a scroll bar each, and little room."""
     view.setSources(sources(20))
