@@ -6285,16 +6285,16 @@ It {1}.</source>
         <translation>Tiempo mostrado</translation>
     </message>
     <message>
-        <source>Last 10 seconds</source>
-        <translation>Últimos 10 segundos</translation>
+        <source>Last 10 s</source>
+        <translation>Últimos 10 s</translation>
     </message>
     <message>
         <source>Last minute</source>
         <translation>Último minuto</translation>
     </message>
     <message>
-        <source>Last 10 minutes</source>
-        <translation>Últimos 10 minutos</translation>
+        <source>Last 10 min</source>
+        <translation>Últimos 10 min</translation>
     </message>
     <message>
         <source>Last hour</source>
