@@ -51,9 +51,10 @@ class SimulatedClock:
 
     def follow(self, on: bool) -> None:
         """Switch PTP on or off; the clock continues from its present time."""
-        present = self.now()
+        moment = self.monotonic()  # once, or the clock would lose what a busy machine takes in between
+        present = self.to_device(moment)
         self._following = on
-        self._epoch = self.monotonic() - self._scaled(present, 1 / self._pace)
+        self._epoch = moment - self._scaled(present, 1 / self._pace)
         self.discipline()
 
     def discipline(self) -> None:
