@@ -1,4 +1,4 @@
-"""What YARP's own recorder makes of our images is played, whatever kind of images it was told to write."""
+"""What YARP's own recorder makes of our images is played, whatever kind of images it writes."""
 
 import itertools
 import os

@@ -130,7 +130,7 @@ def test_a_leaders_polarity_is_watched(inverted: bool, cameras: Cameras, rigs: l
     for _ in TRIES:
         rig = started(rigs, cameras, TriggerEntry("line", 15, leader="left", inverted=inverted))
         until(lambda rig=rig: rig.counts().sets >= 12)
-        # The edges of a pulse can be told apart once the clocks are known better than its width.
+        # The edges of a pulse can be distinguished once the clocks are known better than its width.
         until(lambda rig=rig: 0 < rig._watches["right"].evidence().clock_ns < EXPOSURE_US * 1000)
         wanted = TriggerCause.WRONG_EDGE if inverted else TriggerCause.NONE
         found = rig.trigger_findings()["right"]
