@@ -9,16 +9,13 @@ from contextlib import ExitStack, closing, contextmanager
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.stamp import Stamp
-from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.recording.opening import open_recording
+from listening import listens
 from patience import until
 
 pytestmark = [
@@ -42,14 +39,6 @@ def names(tmp_path):
     with NameServer(port=0) as server:
         (tmp_path / "yarp.conf").write_text(f"127.0.0.1 {server.port_number} yarp\n")
         yield NameClient(server.contact)
-
-
-def listens(names, name):
-    """A YARP port is registered before it listens; only an answer shows that it does."""
-    try:
-        return bool(administer(names.query(name).address, Bottle([Vocab("ver")])))
-    except GrabberError:
-        return False
 
 
 @contextmanager

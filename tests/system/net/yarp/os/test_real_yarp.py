@@ -11,16 +11,15 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.link import administer
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.stamp import Stamp
 from grabbergui.net.yarp.os.values import Vocab
 from isolation import enter_own_namespaces
+from listening import listens
 from patience import PATIENCE, until
 
 pytestmark = [
@@ -79,14 +78,6 @@ class Tool:
             if text in line:
                 return line
         raise AssertionError(f"{text!r} was not printed")
-
-
-def listens(names, name):
-    """A YARP port is registered before it listens; only an answer shows that it does."""
-    try:
-        return bool(administer(names.query(name).address, Bottle([Vocab("ver")])))
-    except GrabberError:
-        return False
 
 
 @contextmanager
