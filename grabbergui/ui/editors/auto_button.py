@@ -24,7 +24,10 @@ from grabbergui.ui.shown_text import set_tooltip
 
 
 class AutoButton(QToolButton):
-    """Lit while the automatic mode is on. A click toggles it; its menu has every mode, Once included."""
+    """Lit while the automatic mode is on. A click toggles it; its menu has every mode, Once included.
+
+    Disabled until `setFeature`.
+    """
 
     modeChosen = pyqtSignal(object)
     """The value for the automatic mode's feature."""
@@ -37,6 +40,8 @@ class AutoButton(QToolButton):
         self._group = QActionGroup(self)
         self._group.triggered.connect(lambda action: self.modeChosen.emit(action.data()))
         self.setCheckable(True)
+        self.setEnabled(False)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)  # as wide as it will be
         self.setText(self.tr("Auto"))
         self.clicked[bool].connect(self._on_clicked)
         self._menu.aboutToHide.connect(self._forget_mouse)

@@ -206,6 +206,8 @@ class FeatureRow(QWidget):
     def setFeature(self, feature: Feature) -> None:
         """Show a feature. Never emits `edited`; a feature that cannot be shown disables this row only."""
         self._feature = feature
+        if feature.auto:
+            self._auto_button()  # its place is kept, so that no slider shrinks when the mode is known
         shown = as_editable(feature, self._auto_feature)
         set_tooltip(self, self._lock or tooltip(shown))
         self._odd = False
@@ -230,11 +232,7 @@ class FeatureRow(QWidget):
     def setAuto(self, feature: Feature) -> None:
         """Show the automatic mode; moving a control that only this mode locks switches it off."""
         self._auto_feature = feature
-        if self.auto is None:
-            self.auto = AutoButton()
-            self.auto.modeChosen.connect(lambda mode: self._emit_mode(mode))
-            self._place_auto()
-        self.auto.setFeature(feature)
+        self._auto_button().setFeature(feature)
         if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
             self.setFeature(self._feature)
 
@@ -299,6 +297,13 @@ class FeatureRow(QWidget):
         self.editor.deleteLater()
         self.editor = None
         self.released.emit(self.name)
+
+    def _auto_button(self) -> AutoButton:
+        if self.auto is None:
+            self.auto = AutoButton()
+            self.auto.modeChosen.connect(lambda mode: self._emit_mode(mode))
+            self._place_auto()
+        return self.auto
 
     def _place_auto(self) -> None:
         if self.auto is None:

@@ -264,7 +264,7 @@ def test_a_screen_reader_hears_a_name_and_a_role_of_every_control(app):
 def test_a_screen_reader_hears_what_a_control_of_the_camera_is_called(app):
     app.connect("sim:colour?fps=15")
     row = app.window.favourites.rows.rows("ExposureTime")[0]
-    app.until(lambda: row.editor is not None and row.auto is not None)
+    app.until(lambda: row.editor is not None and row.auto is not None and row.auto.isEnabled())
     assert hear(row.editor.field) == Heard("Exposure Time", "spin box")
     assert hear(row.editor.slider()) == Heard("Exposure Time", "slider")
     assert hear(row.auto).name == "Exposure Auto"

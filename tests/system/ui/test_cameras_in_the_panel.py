@@ -61,7 +61,7 @@ def test_a_slider_moves_the_cameras_register(sim):
 def test_the_slider_follows_the_automatic_mode_and_taking_it_ends_that(sim):
     sim.grabber.start()
     row = sim.row("ExposureTime")
-    sim.qtbot.waitUntil(lambda: row.auto is not None)
+    sim.qtbot.waitUntil(lambda: row.auto is not None and row.auto.isEnabled())
     before = row.editor.field.text()
     row.auto.click()
     sim.qtbot.waitUntil(row.auto.isChecked)
@@ -75,7 +75,7 @@ def test_the_slider_follows_the_automatic_mode_and_taking_it_ends_that(sim):
 
 def test_what_the_automatic_mode_alone_locks_can_be_moved_and_taken_back(sim):
     row = sim.row("ExposureTime")
-    sim.qtbot.waitUntil(lambda: row.auto is not None)
+    sim.qtbot.waitUntil(lambda: row.auto is not None and row.auto.isEnabled())
     row.auto.click()
     sim.qtbot.waitUntil(row.auto.isChecked)
     sim.qtbot.waitUntil(lambda: sim.model.feature("ExposureTime").access is AccessMode.READ_ONLY)

@@ -149,8 +149,8 @@ def test_the_hint_about_real_cameras_goes_once_one_is_listed(newcomer):
 def test_the_image_is_made_brighter(newcomer):
     before = newcomer.brightness()
     assert newcomer.reads("Exposure") and newcomer.reads("Gain")
-    newcomer.drag_slider("ExposureTime", 0.75)
-    newcomer.until(lambda: newcomer.brightness() > 1.5 * before)
+    newcomer.drag_slider("ExposureTime", 0.9)
+    newcomer.until(lambda: newcomer.brightness() > 1.3 * before)
     assert not newcomer.app.errors
 
 

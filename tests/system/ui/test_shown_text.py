@@ -69,7 +69,7 @@ def test_the_window_renders_no_text_of_the_camera(app, monkeypatch, tmp_path):
     features = program.open_sources.current.features
     app.until(lambda: features.feature("ExposureAuto") and features.feature("DeviceVendorName"))
     exposure = window.favourites.rows
-    app.until(lambda: exposure.rows("ExposureTime") and exposure.rows("ExposureTime")[0].auto is not None)
+    app.until(lambda: [r for r in exposure.rows("ExposureTime") if r.auto and r.auto.isEnabled()])
     features.write("DeviceUserID", "<b>X</b>")
     features.write("ExposureTime", -5.0)
     app.until(lambda: app.errors and window.changes.table.model().rowCount())

@@ -113,7 +113,8 @@ def test_the_list_says_what_was_changed_by_whom(app):
     type_value(app, "Gain", "6")
     app.until(lambda: shown(app) == [["Gain", "0", "6", "operator", ""]])
     exposure = row(app, "ExposureTime")
-    app.until(lambda: exposure.auto is not None)  # its mode is read after the value
+    # Its mode is read after the value.
+    app.until(lambda: exposure.auto is not None and exposure.auto.isEnabled())
     exposure.auto.click()
     app.until(lambda: ["ExposureAuto", "Off", "Continuous", "operator", ""] in shown(app))
     app.until(lambda: any(line[0] == "ExposureTime" and line[3] == "camera" for line in shown(app)))

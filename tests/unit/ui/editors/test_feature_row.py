@@ -109,6 +109,20 @@ def test_the_auto_button_of_a_row_writes_the_automatic_mode(row):
     assert made.reported == [("GainAuto", "Continuous")]
 
 
+def test_a_slider_keeps_its_length_when_the_automatic_mode_is_known(row):
+    gain = feature(K.FLOAT, 1.0, name="Gain", minimum=0.0, maximum=48.0, auto="GainAuto")
+    made = row(gain)
+    made.standBesideOthers()
+    made.setFeature(gain)
+    made.resize(made.leastWidth() + 60, made.sizeHint().height())
+    made.layout().activate()
+    before = made.editor.slider().geometry()
+    assert not made.auto.isEnabled(), "its mode is not known yet"
+    made.setAuto(AUTO)
+    made.layout().activate()
+    assert made.auto.isEnabled() and made.editor.slider().geometry() == before
+
+
 def test_typing_holds_the_row(row, qtbot):
     made = row(WIDTH)
     made.setFeature(WIDTH)

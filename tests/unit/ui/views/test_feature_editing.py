@@ -63,7 +63,7 @@ def test_what_the_camera_made_of_a_value_is_shown(make_panel):
 def test_the_auto_button_beside_a_control(make_panel):
     d = make_panel()
     row = d.row("ExposureTime")
-    d.qtbot.waitUntil(lambda: row.auto is not None)
+    d.qtbot.waitUntil(lambda: row.auto is not None and row.auto.isEnabled())
     row.auto.click()
     d.qtbot.waitUntil(lambda: d.written("ExposureAuto") == ["Continuous"])
     d.qtbot.waitUntil(row.auto.isChecked)
