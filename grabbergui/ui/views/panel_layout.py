@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 
 from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QDockWidget, QMainWindow, QWidget
 
 LEAST_WIDTH = 1200
@@ -20,6 +21,8 @@ SOURCES_SHARE, TOOLS_SHARE = 0.5, 0.26
 "Shares of the window's height: most for the sources, usual for the tools."
 BELOW_SHARE = 0.4
 "Share of a tall window's height for the panels below the image."
+SLACK = 24
+"Pixels by which Qt may miss the height that a panel is given; a user drags further."
 
 
 class PanelArrangement(Enum):
@@ -84,6 +87,10 @@ class PanelLayout(QObject):
         "Width of the window for which the column beside the image was last given its width."
         self._sources_height = 0
         "Height that the sources were last given."
+        self._height = 0
+        "Height of the window when the panels were last looked at."
+        self._stretched = False
+        "Whether a new height of the window has changed that of the sources, which the user had not."
         self._column = 0
         "Width that the column was given then."
         self._opened = False
@@ -105,6 +112,9 @@ class PanelLayout(QObject):
             QTimer.singleShot(0, self.adapt)  # once it is laid out
         elif event is not None and event.type() == QEvent.Type.LayoutRequest and watched is self._sides[0]:
             self._follow_sources()
+        elif isinstance(event, QResizeEvent) and watched is self._sides[0]:
+            as_given = abs(event.oldSize().height() - self._sources_height) < SLACK
+            self._stretched |= as_given and self._window.height() != self._height
         return False
 
     def adapt(self) -> None:
@@ -117,7 +127,8 @@ class PanelLayout(QObject):
             self._fit_column()
         else:
             self._fit_column()
-        self._opened = False
+        self._opened = self._stretched = False
+        self._height = self._window.height()
 
     def fit(self, *_: object) -> None:
         """Give the panels their heights again, as another number of sources is open."""
@@ -222,12 +233,12 @@ class PanelLayout(QObject):
         return max(LEAST_TOOL, round(centre.height() * TOOLS_SHARE))
 
     def _sources_are_odd(self) -> bool:
-        """Return whether a change of the window's size left the sources less than usual, or changed that."""
+        """Return whether a change of the window's size left the sources another height than the usual one."""
         centre, sources = self._window.centralWidget(), self._sides[0]
         if centre is None or self._shown is not PanelArrangement.STACKED or sources.isHidden():
             return False
-        usual = self._usual_sources(centre)
-        return sources.height() < usual or usual != self._sources_height
+        usual, height = self._usual_sources(centre), sources.height()
+        return height < usual or usual != self._sources_height or (self._stretched and height > usual + SLACK)
 
     def _on_dock_moved(self, area: Qt.DockWidgetArea) -> None:
         if not self._busy and area != Qt.DockWidgetArea.NoDockWidgetArea:

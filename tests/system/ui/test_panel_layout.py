@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QAction, QApplication, QDockWidget
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.ui.interface_language import speak
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.panel_layout import PanelArrangement, arrangement_for, column_width
+from grabbergui.ui.views.panel_layout import SLACK, PanelArrangement, arrangement_for, column_width
 
 
 @pytest.fixture(autouse=True)
@@ -141,6 +141,21 @@ def test_the_sources_get_more_room_when_more_are_found(app):
     app.until(lambda: cards.count() == 6)
     app.until(lambda: cards.viewport().visibleRegion().boundingRect().height() > 2 * cards.sizeHintForRow(0))
     app.until(lambda: window.featuresDock.height() > window.sourcesDock.height())
+
+
+def test_a_larger_window_leaves_its_height_to_the_features(app):
+    """Half of the sources' panel was empty on a screen of 1920 pixels."""
+    window, sources, features = app.window, app.window.sourcesDock, app.window.featuresDock
+    arranged(app, 1280, 800, PanelArrangement.STACKED)
+    app.connect()
+    before = app.settled(sources.height)
+    arranged(app, 1920, 1300, PanelArrangement.STACKED)
+    app.until(lambda: features.height() > window.height() / 2)
+    assert abs(app.settled(sources.height) - before) < SLACK
+    window.resizeDocks([sources, features], [before + 150, 400], Qt.Vertical)  # as the user drags
+    app.until(lambda: sources.height() > before + 100)
+    arranged(app, 1920, 1200, PanelArrangement.STACKED)
+    assert app.settled(sources.height) > before + 50
 
 
 @pytest.mark.parametrize(
