@@ -204,16 +204,13 @@ class StreamObservation:
     address: str = ""
     "Its IP address, USB path or port."
     bus: str = ""
-    seconds: float = 0.0
-    "Seconds since it was started."
+    unpainted: float = 0.0
+    "Seconds for which frames have reached the window without any having been painted."
     silent: float = 0.0
     "Seconds since the last frame, or since the start."
     statistics: StreamStatistics = field(default_factory=StreamStatistics)
-    received: int = 0
-    "Frames that reached the window."
     problem: str = ""
     "Why frames cannot be converted."
-    painted: int = 0
     mean: float | None = None
     "Mean of the 8-bit pixels of the last painted frame."
     facts: CameraFacts = CameraFacts()
@@ -241,7 +238,7 @@ def diagnose(seen: StreamObservation) -> Diagnosis | None:
     patience = max(PATIENCE, 3 * (seen.facts.period or 0))
     if seen.silent >= patience:
         return _silent(seen) if seen.facts.trigger_source is None else None
-    if seen.received and not seen.painted and seen.seconds >= patience:
+    if seen.unpainted >= patience:
         return Diagnosis(
             Stage.DISPLAY,
             translate("Diagnosis", "Frames arrive but the window does not paint them."),

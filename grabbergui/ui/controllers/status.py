@@ -56,7 +56,8 @@ class StatusController(QObject):
             Offer(self.tr("Why is mine missing?"), self.doctorRequested.emit),
         )
         self._shown: OpenSource | None = None
-        self._shown_for = 0.0
+        self._unpainted = 0.0
+        "Seconds for which frames have reached the window without any having been painted."
         self._looked = time.monotonic()
         self._title = self._lock = ""
         bridge = Bridge(self)
@@ -75,9 +76,9 @@ class StatusController(QObject):
         now = time.monotonic()
         step, self._looked = min(now - self._looked, MOST_STEP), now
         if source is not self._shown:
-            self._shown, self._shown_for = source, 0.0
+            self._shown = source
             self._strip.clearFigures()
-        self._shown_for += step
+        self._unpainted = self._unpainted + step if self._image.received and self._view.empty else 0.0
         self._status.refresh()
         status = self._status.of(source)
         self._strip.setState(status.text, status.tone)
@@ -173,12 +174,10 @@ class StatusController(QObject):
                 source=source.title,
                 address=source.grabber.info.address,
                 bus=source.grabber.info.bus,
-                seconds=self._shown_for,
+                unpainted=self._unpainted,
                 silent=status.seconds,
                 statistics=status.statistics,
-                received=self._image.received,
                 problem=self._image.problem,
-                painted=0 if self._view.empty else 1,
                 mean=self._image.mean,
                 facts=status.facts,
                 silence=source.grabber.silence(),

@@ -45,13 +45,14 @@ class StatusStrip(QWidget):
         super().__init__(parent)
         load_form("status_strip", self)
         self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
-        self._by_importance: tuple[QWidget, ...] = (
+        self._by_importance: tuple[QLabel | QToolButton, ...] = (
             self.clippingButton, self.lossLabel, self.rateLabel, self.formatLabel,
             self.bandwidthLabel)  # fmt: skip
         "Figures that a message may replace, most important first. The zoom stays: its buttons are controls."
         # The same with and without a message, so that nothing moves when one comes.
         self.setFixedHeight(self.fontMetrics().height() + TEXT_ROOM)
-        self._measured, self._saturated = "", 0.0
+        self._measured = ""
+        self._saturated: float | None = None
         self.setClipping("")
         self.setMessages(())
 
@@ -110,15 +111,17 @@ class StatusStrip(QWidget):
 
     def setSaturated(self, share: float | None) -> None:
         """Show about how much of the frame is saturated if that is not measured; None if unknown."""
-        self._saturated = share or 0.0
+        self._saturated = share
         self._show_clipping()
 
     def _show_clipping(self) -> None:
-        digits = 0 if self._saturated >= LARGE_SHARE else 1
-        about = localized(self.tr("{0} saturated").format(f"{self._saturated:.{digits}%}"))
-        known = self._saturated >= LEAST_SHARE
-        self._show(self.clippingButton, self._measured or (about if known else self.tr("Clipping")))
-        restyle(self.clippingButton, "tone", "busy" if self._saturated >= NOTABLE_SHARE else "idle")
+        share = self._saturated or 0.0
+        about = self.tr("Clipping") if self._saturated is not None else ""
+        if share >= LEAST_SHARE:
+            digits = 0 if share >= LARGE_SHARE else 1
+            about = localized(self.tr("{0} saturated").format(f"{share:.{digits}%}"))
+        self._show(self.clippingButton, self._measured or about)
+        restyle(self.clippingButton, "tone", "busy" if share >= NOTABLE_SHARE else "idle")
 
     def setZoom(self, zoom: float, fitted: bool) -> None:
         """Show the screen pixels for one of the frame; 0 is no image."""
@@ -161,4 +164,4 @@ class StatusStrip(QWidget):
         room -= least - LEAST_TITLE
         for part in self._by_importance:
             room -= part.sizeHint().width() + gap
-            part.setVisible(room >= 0)
+            part.setVisible(room >= 0 and part.text() != "")

@@ -48,7 +48,7 @@ def test_an_unknown_payload_is_the_reason_and_not_the_cable() -> None:
 
 def test_window_and_command_line_give_the_reason() -> None:
     reason = no_frames(replace(NOTHING, seen_as="10.9.9.9"), [CARD])
-    seen = StreamObservation("a camera", "192.168.1.10", "GigE Vision", 9.0, 9.0, silence=reason)
+    seen = StreamObservation("a camera", "192.168.1.10", "GigE Vision", silent=9.0, silence=reason)
     found = diagnose(seen)
     assert found is not None and found.stage is Stage.PACKETS
     assert "sends nothing that arrives" in found.summary and reason in found.advice
