@@ -194,6 +194,7 @@ class FavouritesStrip(QWidget):
         for column in range(max(before, len(self._widths))):
             # Sliders, which get what is left, are about as long as each other.
             self.cards.setColumnStretch(column, self._widths[column] if column < len(self._widths) else 0)
+        self.cards.setColumnStretch(len(self._widths), 1)  # on a large screen, what no control may have
         for index, card in enumerate(self.shownCards):
             card.setMinimumWidth(card.leastWidth())
             self.cards.addWidget(card, *divmod(index, len(self._widths)))

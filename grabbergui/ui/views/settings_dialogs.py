@@ -94,7 +94,8 @@ class SettingsReport(QDialog):
     def _summary(self, report: LoadReport) -> str:
         counts = [(report.count(outcome), self._outcome(outcome)) for outcome in SettingOutcome]
         counts.append((len(report.lost_lines), self.tr("not a setting")))
-        return ", ".join(f"{count} {name}" for count, name in counts if count) or self.tr("Nothing to do")
+        # Other languages decline what follows a number.
+        return ", ".join(f"{name}: {count}" for count, name in counts if count) or self.tr("Nothing to do")
 
     def _outcome(self, outcome: SettingOutcome) -> str:
         return {

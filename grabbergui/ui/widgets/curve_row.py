@@ -12,6 +12,7 @@ from grabbergui.models.features.feature_text import breakable
 from grabbergui.models.features.number_text import in_unit, number_text, quantity_text, shown_unit
 from grabbergui.ui.form_loader import load_form
 from grabbergui.ui.shown_text import set_tooltip
+from grabbergui.ui.widgets.labels import ShrinkingLabel
 from grabbergui.ui.widgets.plots import ChannelPlot
 
 AXIS_WIDTH = 56
@@ -30,7 +31,7 @@ class CurveRow(QWidget):
 
     titleLabel: QLabel
     valueLabel: QLabel
-    rangeLabel: QLabel
+    rangeLabel: ShrinkingLabel
     removeButton: QToolButton
     plot: ChannelPlot
 

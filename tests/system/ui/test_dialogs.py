@@ -77,4 +77,4 @@ def test_a_report_counts_invalid_lines(qtbot):
     qtbot.addWidget(dialog)
     setting = SettingReport(SettingKey("Gain"), 1.0, SettingOutcome.EQUAL)
     dialog.setReport("Loaded", LoadReport((setting,), FeatureSet({}), lost_lines=("a.yaml, line 3: odd",)))
-    assert dialog.headline.text() == "1 equal, 1 not a setting"
+    assert dialog.headline.text() == "Equal: 1, not a setting: 1"

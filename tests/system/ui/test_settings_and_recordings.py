@@ -318,7 +318,7 @@ def test_loading_that_a_loss_breaks_off_lists_what_was_written_and_what_was_not(
         app.until(lambda: keeping.report)
         assert rows(keeping.report) == {"Gain": "written", "Gamma": "not written"}
         headline = keeping.report.headline.text()
-        assert "1 written, 1 not written. Interrupted: " in headline
+        assert "Written: 1, not written: 1. Interrupted: " in headline
         assert "are restored when the camera is back" in headline
     app.until(lambda: not camera.lost)
     assert camera.feature("Gain").value == 3.0 and camera.streaming
