@@ -40,8 +40,8 @@ _BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
 }
 _EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
 """Features that keep their control while they cannot be used, so that the layout stays."""
-FIELD_WIDTH, LEAST_SLIDER = 104, 52
-"Pixels of a number that is beside its slider, and least of that slider."
+FIELD_WIDTH, LEAST_SLIDER, TINY_SLIDER = 104, 52, 30
+"Pixels of a number that is beside its slider, of the shortest useful slider, and of one in a tiny window."
 CARD_WIDTH = 350
 "Pixels for a control without a slider beside others, whose texts may change at any time."
 INDENT = 14
@@ -187,7 +187,7 @@ class FeatureRow(QWidget):
             self._grid.setColumnStretch(1, int(has_slider))
             self._grid.setColumnStretch(2, int(not has_slider))
             expected = has_slider or self.editor is None  # so that lines of controls stay when values come
-            self._grid.setColumnMinimumWidth(1, LEAST_SLIDER if expected else 0)
+            self._grid.setColumnMinimumWidth(1, TINY_SLIDER if expected else 0)
             self._grid.setColumnMinimumWidth(2, FIELD_WIDTH if expected else 0)
             if self.editor is not None:
                 self.editor.setMinimumWidth(FIELD_WIDTH if has_slider else 0)
@@ -196,7 +196,8 @@ class FeatureRow(QWidget):
     def leastWidth(self) -> int:
         """Return the pixels that it needs beside others, with a slider that can just be aimed at."""
         has_slider = self.editor is None or self.editor.slider() is not None
-        return min(self._grid.minimumSize().width(), CARD_WIDTH) if has_slider else CARD_WIDTH
+        useful = self._grid.minimumSize().width() + LEAST_SLIDER - TINY_SLIDER
+        return min(useful, CARD_WIDTH) if has_slider else CARD_WIDTH
 
     @property
     def autoName(self) -> str | None:

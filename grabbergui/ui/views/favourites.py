@@ -183,7 +183,7 @@ class FavouritesStrip(QWidget):
             widths = [max(least[column::columns]) for column in range(columns)]
             if sum(widths) + gap * (columns - 1) <= room:
                 return widths
-        return [max(least, default=CARD_WIDTH)]
+        return [min(max(least, default=CARD_WIDTH), max(room, 0))]
 
     def _adapt(self) -> None:
         if self._fitting(self.width()) != self._widths:
@@ -196,8 +196,9 @@ class FavouritesStrip(QWidget):
             self.cards.setColumnStretch(column, self._widths[column] if column < len(self._widths) else 0)
         self.cards.setColumnStretch(len(self._widths), 1)  # on a large screen, what no control may have
         for index, card in enumerate(self.shownCards):
-            card.setMinimumWidth(card.leastWidth())
-            self.cards.addWidget(card, *divmod(index, len(self._widths)))
+            line, column = divmod(index, len(self._widths))
+            card.setMinimumWidth(min(card.leastWidth(), self._widths[column]))
+            self.cards.addWidget(card, line, column)
         self.updateGeometry()
 
     def _card(self, description: FeatureDescription) -> FeatureRow:

@@ -1,6 +1,7 @@
 """The whole window on the simulated camera, offscreen, remembering nothing."""
 
 import threading
+import time
 
 import pytest
 from PyQt5.QtWidgets import QApplication
@@ -66,12 +67,15 @@ class App:
         )
 
     def settled(self, look):
-        """Return what a look finds once three in a row find the same."""
-        found = []
+        """Return what a look finds once all looks of a fifth of a second, three at least, find the same."""
+        found, since = [], time.monotonic()
 
         def settled():
+            nonlocal since
             found.append(look())
-            return found[-3:] == 3 * found[-1:]
+            if found[-2:-1] != found[-1:]:
+                since = time.monotonic()
+            return found[-3:] == 3 * found[-1:] and time.monotonic() - since >= 0.2
 
         self.until(settled)
         return found[-1]

@@ -144,8 +144,8 @@ def test_many_favourites_take_several_lines_and_too_many_are_refused(app):
     strip = app.window.favourites
     app.wait_for_cards(MOST_PINNED)
     app.until(lambda: len({card.y() for card in strip.shownCards}) > 1)
+    app.until(lambda: all(card.geometry().right() <= strip.width() for card in strip.shownCards))
     app.settled(lambda: [card.geometry() for card in strip.shownCards])
-    assert all(card.geometry().right() <= strip.width() for card in strip.shownCards)
     assert strip.place_at(strip.shownCards[3].geometry().center() + QPoint(-60, 0)) == 3
     app.program.feature_controls.favourites.add(names[MOST_PINNED])
     assert "no more than 12" in app.errors[0]

@@ -109,7 +109,8 @@ def test_a_panels_key_brings_it_to_the_front_and_hides_it(app):
     front = window.histogramDock
     for key in (Qt.Key_F2, Qt.Key_F4):
         app.qtbot.keyClick(window.image.canvas, key)
-    assert front.visibleRegion().isEmpty(), "the histogram stands behind the line profile"
+    # The histogram stands behind the line profile.
+    app.until(lambda: front.visibleRegion().isEmpty())
     app.qtbot.keyClick(window.image.canvas, Qt.Key_F2)
     app.until(lambda: not front.visibleRegion().isEmpty())
     assert front.isVisible()

@@ -217,9 +217,9 @@ def test_a_note_in_a_low_window_shows_its_beginning(app):
     image.setNote("The camera sends its frames to another program", "close it, or " * 40, Stage.PACKETS)
     app.until(lambda: image.note.y() >= image.paneArea.y() and image.note.isVisible())
     summary, stages = image.note.summaryLabel, image.note.stageLabel
-    assert summary.visibleRegion().boundingRect().top() == 0
-    assert stages.heightForWidth(stages.width()) <= stages.height()
-    assert stages.minimumSizeHint().width() <= stages.width(), "no stage is cut off"
+    app.until(lambda: summary.visibleRegion().boundingRect().top() == 0)
+    app.until(lambda: stages.heightForWidth(stages.width()) <= stages.height())
+    app.until(lambda: stages.minimumSizeHint().width() <= stages.width())  # no stage is cut off
     assert "another program" in image.note.toolTip() and "close it" in image.note.toolTip()
 
 
@@ -278,9 +278,7 @@ def test_the_overflow_arrow_of_the_tool_bar_is_whole(app, qapp, request):
     window.resize(640, 480)
     arrow = window.toolBar.findChild(QToolButton, "qt_toolbar_ext_button")
     app.until(arrow.isVisible)
-    app.settled(arrow.geometry)
-    assert arrow.width() >= 16
-    assert window.toolBar.rect().contains(arrow.geometry())
+    app.until(lambda: arrow.width() >= 16 and window.toolBar.rect().contains(arrow.geometry()))
 
 
 def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(app):

@@ -48,7 +48,7 @@ def test_panels_follow_the_size_of_the_window_and_stay_open(app):
     arranged(app, 1920, 1080, PanelArrangement.STACKED)
     panel(app, "F2").trigger()
     app.until(lambda: seen(app) == {window.sourcesDock, window.featuresDock, window.histogramDock})
-    assert window.sourcesDock.y() < window.featuresDock.y() < window.histogramDock.y()
+    app.until(lambda: window.sourcesDock.y() < window.featuresDock.y() < window.histogramDock.y())
     arranged(app, 1024, 600, PanelArrangement.TABS)
     app.until(lambda: window.histogramDock in seen(app) and len(seen(app)) == 2)
     assert window.featuresDock in window.tabifiedDockWidgets(window.sourcesDock)
