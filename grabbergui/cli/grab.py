@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +16,11 @@ from grabbergui.cli.awaited_source import AwaitedSource, add_options, awaited_so
 from grabbergui.cli.process import progress_note
 from grabbergui.core.coord3d import Scan3d
 from grabbergui.core.environment import check_folder_of
-from grabbergui.core.errors import (
-    UsageError,
-)
+from grabbergui.core.errors import LocalFileError, UsageError
 from grabbergui.core.feature_source import FeatureSource
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.identity import DeviceInfo
 from grabbergui.core.scan3d import read_scan3d
 from grabbergui.core.visible_text import print_json, print_line
@@ -95,25 +96,61 @@ def _writer_of(options: argparse.Namespace, info: DeviceInfo) -> RecordingWriter
     return create_writer(kind, options.out, info)
 
 
-def _collect(source: AwaitedSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
+class _OneFile:
+    """The file that all frames are saved in. Its errors name it, as those of a full disk do not."""
+
+    def __init__(self, writer: RecordingWriter) -> None:
+        self._writer = writer
+        self._frames = 0
+
+    def save(self, frame: Frame) -> None:
+        """Add a frame. Raises LocalFileError, RecordingError, PixelFormatError."""
+        try:
+            self._writer.write(frame)
+        except OSError as error:
+            raise LocalFileError.of(self._writer.path, "written", error) from error
+        self._frames += 1
+
+    def finish(self) -> None:
+        """Finish the file, or remove it if it has no frame. Raises LocalFileError."""
+        try:
+            self._writer.close()
+            if not self._frames:
+                self._writer.discard()
+        except OSError as error:
+            raise LocalFileError.of(self._writer.path, "written", error) from error
+
+
+@contextmanager
+def _saving(options: argparse.Namespace, grabber: FrameGrabber) -> Iterator[Callable[[Frame], None]]:
+    """Yield what saves a frame as the options say; then finish the file. Raises UsageError."""
     if options.ply and options.out is None:
         raise UsageError("--ply saves into the folder of --out; name one")
-    scan = read_scan3d(source.grabber) if options.ply else None
-    writer = _writer_of(options, source.grabber.info)
+    scan = read_scan3d(grabber) if options.ply else None
+    writer = _writer_of(options, grabber.info)
+    if writer is None:
+        yield lambda frame: _save(frame, options.out, grabber, scan) if options.out is not None else None
+        return
+    file = _OneFile(writer)
+    try:
+        yield file.save
+    except BaseException:
+        with suppress(LocalFileError):  # the first error has the cause
+            file.finish()
+        raise
+    file.finish()
+
+
+def _collect(source: AwaitedSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
     first: Frame | None = None
     payload_bytes = 0
-    with progress_note() as show:
+    with _saving(options, source.grabber) as save, progress_note() as show:
         for so_far in range(options.frames):
             show(lambda: f"{so_far} of {counted(options.frames, 'frame')}")  # noqa: B023  # called at once
             frame = source.next_frame(queue, so_far)
             first = first or frame
             payload_bytes += frame.nbytes
-            if writer is not None:
-                writer.write(frame)
-            elif options.out is not None:
-                _save(frame, options.out, source.grabber, scan)
-        if writer is not None:
-            writer.close()
+            save(frame)
     assert first is not None
     counters = source.grabber.statistics()
     # From the first frame to the last, so that the rate excludes opening the camera.
