@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any, Generic, TypeVar, cast, overload
 import numpy as np
 
 from grabbergui.core import file_access
-from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, UsageError
+from grabbergui.core.errors import ClosedError, FeatureAccessError, FeatureNotFoundError, UsageError
 from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.file_access import CameraFile, Written
 from grabbergui.core.grabber import FrameGrabber
@@ -137,7 +138,9 @@ class FeatureAccess:
             self.write(self._name_of_attribute(attribute), value)
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *self._attributes()})
+        with contextlib.suppress(ClosedError):  # debuggers and shells list a closed camera, too
+            return sorted({*super().__dir__(), *self._attributes()})
+        return sorted(super().__dir__())
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self._attributes().values())

@@ -41,6 +41,12 @@ def test_a_closed_camera_says_that_it_is_closed(camera: grabbergui.Camera, use) 
     camera.close()
 
 
+def test_the_methods_of_a_closed_camera_are_listed(camera: grabbergui.Camera) -> None:
+    assert {"grab", "trigger_mode"} <= set(dir(camera))
+    camera.close()
+    assert "grab" in dir(camera) and "trigger_mode" not in dir(camera)
+
+
 def test_a_wait_for_a_frame_ends_when_the_camera_is_closed(camera: grabbergui.Camera) -> None:
     camera["TriggerMode"] = "On"
     threading.Timer(0.2, camera.close).start()
