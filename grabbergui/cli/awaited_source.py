@@ -18,9 +18,7 @@ from grabbergui.cli.arguments import (
     wait_time,
 )
 from grabbergui.cli.features import assignment, write
-from grabbergui.core.errors import (
-    FrameTimeoutError,
-)
+from grabbergui.core.errors import FrameTimeoutError, StreamEndedError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_period import FRAME_WAIT, frame_wait
 from grabbergui.core.frame_queue import FrameQueue
@@ -51,6 +49,10 @@ class AwaitedSource:
         while True:
             try:
                 return queue.get(min(timeout, _LOOK))
+            except StreamEndedError:
+                raise StreamEndedError(
+                    f"{self.grabber.info.title} ended after {counted(so_far, 'frame')}"
+                ) from None
             except FrameTimeoutError:
                 self.outage.check()
                 if queue.closed or self.outage.waited(begun) >= timeout:
@@ -65,9 +67,10 @@ class AwaitedSource:
         """Return the error for a missing frame, with its cause or what to check."""
         title, came = self.grabber.info.title, counted(so_far, "frame")
         scheme = SourceUri.parse(self.grabber.info.uri).scheme
-        if scheme == "file":
-            return FrameTimeoutError(f"{title} ended after {came}")
         late = f"{title}: no frame within {round(self.timeout, 2):g} s after {came}"
+        if scheme == "file":
+            look = "whether its playback is paused (PlaybackActive), or slow (PlaybackSpeed)"
+            return FrameTimeoutError(f"{late}; see {look}")
         if scheme in ("yarp", "ros2"):
             look = "whether its program sends images, and whether a camera there waits for a trigger"
             return FrameTimeoutError(f"{late}: {self.grabber.silence()}; see {look}")

@@ -177,6 +177,10 @@ class FrameTimeoutError(GrabberError, TimeoutError):
     """No frame arrived in time."""
 
 
+class StreamEndedError(FrameTimeoutError):
+    """No frame arrives any more, as the stream has an end: a recording was played to its last frame."""
+
+
 class ClosedError(GrabberError, ValueError):
     """The camera was closed by this program; open it again to use it.
 

@@ -13,10 +13,11 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from enum import Enum
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, StreamEndedError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.scheduling import RealtimeThread
 
@@ -24,6 +25,13 @@ log = logging.getLogger(__name__)
 
 WAIT = 0.5
 "Longest time in seconds that a sink waits for a frame before it checks whether to end."
+
+
+class _Mark(Enum):
+    """An entry of a queue that is no frame."""
+
+    CLOSED = "wakes each consumer in turn"
+    END = "follows the last frame of a stream"
 
 
 class FrameQueue:
@@ -40,8 +48,7 @@ class FrameQueue:
         self.dropped = 0
         "Frames that were dropped because the consumer was too slow."
         self._depth = depth
-        self._frames: SimpleQueue[Frame | None] = SimpleQueue()
-        "None wakes a consumer when the queue is closed."
+        self._frames: SimpleQueue[Frame | _Mark] = SimpleQueue()
         self._putting = threading.Lock()
         self._closed = False
 
@@ -59,8 +66,17 @@ class FrameQueue:
                 self.dropped += self._discard()
             self._frames.put(frame)
 
+    def end(self) -> None:
+        """Report the end of the stream to the consumer, once, behind the frames that wait."""
+        with self._putting:
+            if not self._closed:
+                self._frames.put(_Mark.END)
+
     def get(self, timeout: float) -> Frame:
-        """Remove and return the oldest frame. Raises FrameTimeoutError after `timeout` s or if closed."""
+        """Remove and return the oldest frame. Raises FrameTimeoutError after `timeout` s or if closed.
+
+        Raises StreamEndedError, a FrameTimeoutError, once the stream has ended; it may start again.
+        """
         wait = min(max(timeout, 0.0), threading.TIMEOUT_MAX)  # for more Python raises OverflowError
         if self._closed:
             raise FrameTimeoutError("the stream was closed")
@@ -68,8 +84,10 @@ class FrameQueue:
             frame = self._frames.get(timeout=wait)
         except Empty:
             raise FrameTimeoutError(f"no frame arrived within {timeout:.3g} s") from None
-        if frame is None:
-            self._frames.put(None)  # for the next one who waits
+        if frame is _Mark.END:
+            raise StreamEndedError("the stream has ended")
+        if frame is _Mark.CLOSED:
+            self._frames.put(_Mark.CLOSED)  # for the next one who waits
             raise FrameTimeoutError("the stream was closed")
         return frame
 
@@ -83,19 +101,18 @@ class FrameQueue:
         with self._putting:
             self._closed = True
             self._discard_all()
-            self._frames.put(None)
+            self._frames.put(_Mark.CLOSED)
 
     def _discard_all(self) -> None:
         for _ in range(self._frames.qsize()):
             self._discard()
 
     def _discard(self) -> bool:
-        """Discard the oldest frame; return whether there was one, which the consumer may just have taken."""
+        """Discard the oldest entry; return whether it was a frame, which the consumer may just have taken."""
         try:
-            self._frames.get_nowait()
+            return isinstance(self._frames.get_nowait(), Frame)
         except Empty:
             return False
-        return True
 
 
 class FrameFanout:
@@ -121,6 +138,11 @@ class FrameFanout:
         """Put a frame into every queue; never waits."""
         for queue in self._queues:
             queue.put(frame)
+
+    def end(self) -> None:
+        """Report the end of the stream to every consumer."""
+        for queue in self._queues:
+            queue.end()
 
     def clear(self) -> None:
         """Discard the frames of all queues, as when the stream is restarted."""

@@ -25,6 +25,7 @@ from grabbergui.core.errors import (
     LocalFileError,
     MissingFileError,
     PixelFormatError,
+    StreamEndedError,
     UsageError,
 )
 from grabbergui.core.feature_instances import instances_of
@@ -294,6 +295,8 @@ class Camera(FeatureAccess):
             left = max(0.0, deadline - time.monotonic())
             try:
                 return frames.get(min(left, LOOK))
+            except StreamEndedError as error:
+                raise StreamEndedError(f"{self.info.title} has ended") from error
             except FrameTimeoutError as error:
                 if frames.closed:
                     raise ClosedError(f"{self.info.title} was closed while frames were awaited") from error

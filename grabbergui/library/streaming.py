@@ -22,7 +22,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeVar
 
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import GrabberError, StreamEndedError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
@@ -106,7 +106,8 @@ class Frames:
 
     The stream runs while the loop does. If it was off before, it is switched off at the loop's end, also
     after `break` or an error, unless another loop, a recording or a `grab` uses it then. A loop that is
-    slower than the camera loses the oldest frames; `dropped` counts them. Each `for` starts over.
+    slower than the camera loses the oldest frames; `dropped` counts them. Each `for` starts over. Behind the
+    last frame of a recording (`?loop=0`) the loop ends.
     """
 
     def __init__(
@@ -150,12 +151,20 @@ class Frames:
         """
         queue = self._queue = self._grabber.open_queue(self._depth)
         count = () if self._count is None else (self._count,)
+        take = map(functools.partial(self._next, queue), itertools.repeat(self._timeout, *count))
         try:
             with self._use():
-                yield map(functools.partial(self._get, queue), itertools.repeat(self._timeout, *count))
+                yield iter(take.__next__, None)  # no generator, which an error such as a time-out would end
         finally:
             self._queue, self._dropped = None, queue.dropped
             queue.close()
+
+    def _next(self, queue: FrameQueue, timeout: float) -> Frame | None:
+        """Return the next frame, or None at the end of the stream."""
+        try:
+            return self._get(queue, timeout)
+        except StreamEndedError:
+            return None
 
 
 class FrameLoop(Iterator[Item]):

@@ -168,6 +168,8 @@ class PlaybackGrabber(FrameGrabber):
         "Calibration of the frame delivered last."
         self._shown = -1
         "Index of the frame delivered last; -1 if the one at the position is to be delivered at once."
+        self._ended = False
+        "Whether it was played to its end, and neither the position nor playing was written since."
         self._readable = True
         "Whether the last frame was."
         self._due = 0.0
@@ -250,6 +252,7 @@ class PlaybackGrabber(FrameGrabber):
         changed = {name}
         with self._changed:
             state = self._state
+            self._ended = self._ended and name in (SPEED, LOOP)
             if name == POSITION:
                 state.position, self._shown = int(accepted), -1
                 state.time = self._time_of(state.position)
@@ -285,6 +288,8 @@ class PlaybackGrabber(FrameGrabber):
             if self._recording is None:
                 raise DeviceLostError(f"{self.info.title} is not open")
             self._running, self._shown = True, -1
+            if self._ended:
+                self._ended, self._state.position, self._state.playing = False, 0, True
             self._fanout.clear()
             self._statistics = StreamStatistics()
             self._rates.clear()
@@ -308,6 +313,12 @@ class PlaybackGrabber(FrameGrabber):
     @override
     def streaming(self) -> bool:
         return self._running
+
+    @override
+    def silence(self) -> str:
+        if self._state.playing:
+            return ""
+        return "it was played to its end" if self._ended else "its playback is paused (PlaybackActive)"
 
     @override
     def statistics(self) -> StreamStatistics:
@@ -361,7 +372,8 @@ class PlaybackGrabber(FrameGrabber):
             state.position = 0
             self._shown = state.frames  # so that the first one follows, even if it is the only one
         else:
-            state.playing = False
+            state.playing, self._ended = False, True
+            self._fanout.end()
             return
         state.time = self._time_of(state.position)
         # After a longer delay (on a busy computer), continue from now instead of catching up.

@@ -22,6 +22,7 @@ from grabbergui.core.errors import (
     ExistingFileError,
     FrameTimeoutError,
     GrabberError,
+    StreamEndedError,
     UsageError,
 )
 from grabbergui.core.frame import Frame
@@ -177,11 +178,16 @@ class Recorder:
             self._finish(problem)
 
     def _record(self) -> None:
-        """Write frames until the recording is stopped or reaches a limit. Raises any other reason to end."""
+        """Write frames until the stream ends, the recording is stopped or reaches a limit.
+
+        Raises any other reason to end.
+        """
         noticed = 0.0
         while not self._stopping.is_set():
             try:
                 frame = self._queue.get(NOTICE_PERIOD)
+            except StreamEndedError:
+                return
             except FrameTimeoutError:
                 if self._queue.closed and not self._stopping.is_set():
                     raise SourceClosedError from None

@@ -1,10 +1,12 @@
 """The command line as a person uses it, on the simulated camera."""
 
+import errno
 import json
 import sys
 import threading
 
 import cv2
+import numpy as np
 import pytest
 
 from fakes import ScriptedGrabber
@@ -12,6 +14,8 @@ from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.recording.opening import playable_frames
+from grabbergui.recording.stack_writer import NpyWriter, TiffWriter
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -287,3 +291,41 @@ def test_an_assignment_of_two_words_is_answered_with_one(capsys):
     assert "'ExposureTime' is not NAME=VALUE; write it in one word, as in ExposureTime=20ms" in (
         capsys.readouterr().err
     )
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """The source of a recording of four frames that ends."""
+    np.save(tmp_path / "run.npy", np.zeros((4, 8, 16), np.uint8))
+    return f"file:{tmp_path / 'run.npy'}?loop=0&speed=20"
+
+
+def test_a_recording_is_converted_to_its_end(capsys, tmp_path, recording):
+    code, out, err = run(capsys, "record", recording, "--out", str(tmp_path / "run.mcap"))
+    assert (code, err) == (0, "") and "run.mcap: 4 frames in" in out
+
+
+@pytest.mark.parametrize("name", ["stack.tiff", "array.npy"])
+def test_a_recording_of_fewer_frames_than_wanted_is_saved_to_its_end(capsys, tmp_path, recording, name):
+    code, _, err = run(capsys, "grab", recording, "-n", "5", "--out", str(tmp_path / name))
+    assert (code, err) == (1, "grabbergui: run.npy ended after 4 frames\n")
+    assert playable_frames(tmp_path / name) == 4
+
+
+@pytest.mark.parametrize("name", ["stack.tiff", "array.npy"])
+def test_without_a_frame_the_name_is_free_again(capsys, tmp_path, name):
+    waiting = (SMALL, "--keep-trigger", "--set", "TriggerMode=On", "--timeout", "0.1")
+    code, _, err = run(capsys, "grab", *waiting, "--out", str(tmp_path / name))
+    assert code == 1 and "trigger" in err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["stack.tiff", "array.npy"])
+def test_a_disk_that_is_full_is_reported_with_the_file(capsys, tmp_path, monkeypatch, name):
+    def write(writer, frame):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(NpyWriter if name.endswith("npy") else TiffWriter, "write", write)
+    code, _, err = run(capsys, "grab", SMALL, "--out", str(tmp_path / name))
+    assert code == 1
+    assert err == f"grabbergui: {tmp_path / name} could not be written: No space left on device\n"

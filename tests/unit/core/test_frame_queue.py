@@ -4,7 +4,7 @@ import weakref
 import numpy as np
 import pytest
 
-from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.errors import FrameTimeoutError, StreamEndedError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue, RateMeter
 from grabbergui.core.pfnc import by_name
@@ -213,3 +213,32 @@ def test_two_events_far_apart_have_a_rate():
     meter.add(30, now=5.0)
     assert meter.rates(now=5.0) == (0.2, 6.0)
     assert meter.rates(now=15.0)[0] == 0.2 and meter.rates(now=16.0)[0] < 0.2, "a stream that has stalled"
+
+
+def test_the_end_of_a_stream_is_reported_once_behind_the_frames_that_wait():
+    fanout = FrameFanout()
+    queue = fanout.open_queue(2)
+    for number in range(3):
+        fanout.put(frame(number))
+    fanout.end()
+    assert [queue.get(0).frame_id, queue.get(0).frame_id] == [1, 2] and queue.dropped == 1
+    with pytest.raises(StreamEndedError):
+        queue.get(PATIENCE)
+    with pytest.raises(FrameTimeoutError, match="within 0 s"):
+        queue.get(0)
+
+
+def test_a_stream_that_starts_again_does_not_report_its_end():
+    fanout = FrameFanout()
+    queue = fanout.open_queue(1)
+    fanout.end()
+    fanout.clear()
+    fanout.put(frame(7))
+    assert ids(queue) == [7] and queue.dropped == 0
+
+
+def test_an_end_that_a_slow_consumer_did_not_see_counts_as_no_frame():
+    queue = FrameQueue(1)
+    queue.end()
+    queue.put(frame(1))
+    assert ids(queue) == [1] and queue.dropped == 0

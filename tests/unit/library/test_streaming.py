@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import grabbergui
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.library.streaming import StreamUse
 from patience import until
 
@@ -80,3 +82,42 @@ def test_a_loop_whose_start_fails_leaves_nothing_behind(camera: grabbergui.Camer
     with use.loop(camera.grabber.start):
         assert camera.streaming
     assert not camera.streaming
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    """A recording of four frames."""
+    path = tmp_path / "run.npy"
+    np.save(path, np.arange(4, dtype=np.uint8).reshape(4, 1, 1) * np.ones((4, 8, 16), np.uint8))
+    return path
+
+
+def test_a_loop_over_a_recording_ends_behind_its_last_frame(recording: Path) -> None:
+    with grabbergui.open(f"file:{recording}?loop=0&speed=20") as camera:
+        for _ in range(2):  # the second loop plays it again
+            assert [int(frame.raw()[0, 0]) for frame in camera.frames()] == [0, 1, 2, 3]
+        assert not camera.streaming
+
+
+def test_a_loop_with_a_count_that_the_recording_lacks_ends_with_it(recording: Path) -> None:
+    with grabbergui.open(f"file:{recording}?loop=0&speed=20") as camera:
+        with camera.frames(100).started() as frames:
+            assert len(list(frames)) == 4
+        assert next(iter(camera.frames(0)), None) is None
+
+
+def test_an_asyncio_loop_over_a_recording_ends(recording: Path) -> None:
+    async def seen(camera: grabbergui.Camera) -> int:
+        return len([frame async for frame in camera.aframes()])
+
+    with grabbergui.open(f"file:{recording}?loop=0&speed=20") as camera:
+        assert asyncio.run(seen(camera)) == 4
+
+
+def test_a_frame_of_a_paused_recording_is_awaited_in_vain_with_the_reason(recording: Path) -> None:
+    with grabbergui.open(f"file:{recording}") as camera:
+        camera["PlaybackActive"] = False
+        camera.start()
+        with camera.frames(timeout=0.2).started() as frames, pytest.raises(FrameTimeoutError, match="paused"):
+            for _ in range(3):
+                next(frames)

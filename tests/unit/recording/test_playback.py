@@ -16,6 +16,7 @@ from grabbergui.core.errors import (
     FrameTimeoutError,
     GrabberError,
     MissingFileError,
+    StreamEndedError,
     UsageError,
 )
 from grabbergui.core.frame import Frame
@@ -27,7 +28,7 @@ from grabbergui.recording.errors import RecordingError
 from grabbergui.recording.folder import FolderRecording
 from grabbergui.recording.kinds import RecordingKind
 from grabbergui.recording.opening import open_recording
-from grabbergui.recording.recorder import create_writer
+from grabbergui.recording.recorder import create_recorder, create_writer
 from patience import PATIENCE, attempts, until
 
 STEP_NS = 50_000_000
@@ -166,6 +167,57 @@ def test_its_end_is_reported(player):
     player.start()
     assert ended.wait(PATIENCE)
     assert player.feature("PlaybackPosition").value == 5
+
+
+def test_its_end_follows_the_last_frame_in_every_queue(player):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackSpeed", 20)
+    queues = [player.open_queue(MANY) for _ in range(2)]
+    player.start()
+    for queue in queues:
+        assert [queue.get(PATIENCE).frame_id for _ in range(6)] == [0, 1, 2, 3, 4, 5]
+        with pytest.raises(StreamEndedError):
+            queue.get(PATIENCE)
+    assert player.silence() == "it was played to its end"
+
+
+def test_after_its_end_a_start_plays_it_again(player):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackSpeed", 20)
+    queue = player.open_queue(MANY)
+    for _ in range(2):
+        player.start()
+        assert [queue.get(PATIENCE).frame_id for _ in range(6)] == [0, 1, 2, 3, 4, 5]
+        with pytest.raises(StreamEndedError):
+            queue.get(PATIENCE)
+        player.stop()
+
+
+def test_after_its_end_it_stays_at_a_position_that_was_sought(player):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackPosition", 5)
+    queue = player.open_queue(MANY)
+    player.start()
+    assert queue.get(PATIENCE).frame_id == 5
+    with pytest.raises(StreamEndedError):
+        queue.get(PATIENCE)
+    player.write_feature("PlaybackPosition", 2)
+    assert queue.get(PATIENCE).frame_id == 2
+    player.stop()
+    player.start()
+    assert queue.get(PATIENCE).frame_id == 2
+    assert player.feature("PlaybackActive").value is False
+    assert "paused" in player.silence()
+
+
+def test_a_recording_of_a_recording_ends_with_it(player, tmp_path):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackSpeed", 20)
+    recorder = create_recorder(player, tmp_path / "again.npy", RecordingKind.NUMPY)
+    recorder.start()
+    player.start()
+    assert recorder.wait(PATIENCE)
+    assert (recorder.progress.frames, recorder.progress.error) == (6, None)
 
 
 def test_features_match_their_descriptions(player):
