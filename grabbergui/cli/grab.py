@@ -59,6 +59,7 @@ def add_commands(commands: Any) -> None:
 def _grab(options: argparse.Namespace) -> int:
     with awaited_source(options) as source:
         queue = source.grabber.open_queue(_QUEUE_DEPTH)
+        queue.needs_all = True
         source.grabber.start(keep_trigger=options.keep_trigger)
         summary = _collect(source, queue, options)
         source.grabber.stop()

@@ -47,6 +47,8 @@ class FrameQueue:
             raise UsageError(f"a frame queue of depth {depth} holds nothing; 1 is the least")
         self.dropped = 0
         "Frames that were dropped because the consumer was too slow."
+        self.needs_all = False
+        "Whether a source that can wait, such as a recording, waits for this consumer instead."
         self._depth = depth
         self._frames: SimpleQueue[Frame | _Mark] = SimpleQueue()
         self._putting = threading.Lock()
@@ -57,12 +59,22 @@ class FrameQueue:
         """Whether the queue was closed, so that no more frames arrive."""
         return self._closed
 
+    @property
+    def full(self) -> bool:
+        """Whether another frame would drop the oldest."""
+        return self._frames.qsize() >= self._depth
+
+    @property
+    def empty(self) -> bool:
+        """Whether the consumer has taken all frames."""
+        return self._frames.empty()
+
     def put(self, frame: Frame) -> None:
         """Add a frame; never waits."""
         with self._putting:
             if self._closed:
                 return
-            if self._frames.qsize() >= self._depth:
+            if self.full:
                 self.dropped += self._discard()
             self._frames.put(frame)
 
@@ -133,6 +145,12 @@ class FrameFanout:
     def consumers(self) -> int:
         """Number of open queues."""
         return sum(not queue.closed for queue in self._queues)
+
+    @property
+    def awaited(self) -> bool:
+        """Whether a consumer that needs all frames has no room, and no other consumer waits for a frame."""
+        queues = [queue for queue in self._queues if not queue.closed]
+        return any(q.needs_all and q.full for q in queues) and not any(q.empty for q in queues)
 
     def put(self, frame: Frame) -> None:
         """Put a frame into every queue; never waits."""

@@ -106,8 +106,8 @@ class Frames:
 
     The stream runs while the loop does. If it was off before, it is switched off at the loop's end, also
     after `break` or an error, unless another loop, a recording or a `grab` uses it then. A loop that is
-    slower than the camera loses the oldest frames; `dropped` counts them. Each `for` starts over. Behind the
-    last frame of a recording (`?loop=0`) the loop ends.
+    slower than the camera loses the oldest frames; `dropped` counts them. Each `for` starts over. A recording
+    waits for a slow loop, unless another consumer is faster; behind its last frame (`?loop=0`) the loop ends.
     """
 
     def __init__(
@@ -150,6 +150,7 @@ class Frames:
         a camera that is lost.
         """
         queue = self._queue = self._grabber.open_queue(self._depth)
+        queue.needs_all = True
         count = () if self._count is None else (self._count,)
         take = map(functools.partial(self._next, queue), itertools.repeat(self._timeout, *count))
         try:

@@ -43,6 +43,8 @@ NOTICE_PERIOD = 0.2
 "Seconds between signals that the position has changed."
 LOOP_PAUSE = 0.04
 "Seconds between repetitions of a single frame."
+LOOK = 0.005
+"Seconds between checks whether a consumer that needs every frame has room for another."
 LONGEST_GAP = 10.0
 "Seconds. A longer gap in a recording is shortened to this."
 
@@ -333,6 +335,9 @@ class PlaybackGrabber(FrameGrabber):
                     return
                 index = self._state.position
                 self._shown = index
+                self._wait_for_consumers()
+                if not self._running:
+                    return
             self._deliver(recording, index)
             with self._changed:
                 # While it was delivered, the same position may have been sought again.
@@ -359,6 +364,11 @@ class PlaybackGrabber(FrameGrabber):
                 return False
             self._changed.wait(wait)
         return False
+
+    def _wait_for_consumers(self) -> None:
+        """Wait while a consumer that needs every frame is behind; not if another frame was sought."""
+        while self._running and self._shown != -1 and self._fanout.awaited:
+            self._changed.wait(LOOK)
 
     def _advance(self, recording: RecordingReader, index: int) -> None:
         """Move on to the next frame, and set when it is due."""

@@ -138,6 +138,7 @@ class Recorder:
         self._reserve = reserve
         self._thinned = ThinnedFrames(thinning)
         self._queue: FrameQueue = source.open_queue(QUEUE_DEPTH)
+        self._queue.needs_all = True
         self._progress = RecordingProgress()
         self._first = 0.0
         "`captured` of the first frame."

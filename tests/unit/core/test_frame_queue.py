@@ -215,6 +215,22 @@ def test_two_events_far_apart_have_a_rate():
     assert meter.rates(now=15.0)[0] == 0.2 and meter.rates(now=16.0)[0] < 0.2, "a stream that has stalled"
 
 
+def test_a_source_that_can_wait_is_told_of_a_full_queue_that_needs_all():
+    fanout = FrameFanout()
+    loop, view = fanout.open_queue(2), fanout.open_queue(2)
+    loop.needs_all = True
+    fanout.put(frame(0))
+    assert not fanout.awaited
+    fanout.put(frame(1))
+    assert fanout.awaited
+    view.get(0), view.get(0)
+    assert not fanout.awaited, "the other consumer waits for a frame"
+    view.close()
+    assert fanout.awaited
+    loop.get(0)
+    assert not fanout.awaited
+
+
 def test_the_end_of_a_stream_is_reported_once_behind_the_frames_that_wait():
     fanout = FrameFanout()
     queue = fanout.open_queue(2)

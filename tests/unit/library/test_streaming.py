@@ -99,6 +99,15 @@ def test_a_loop_over_a_recording_ends_behind_its_last_frame(recording: Path) -> 
         assert not camera.streaming
 
 
+def test_a_slow_loop_gets_every_frame_of_a_recording(recording: Path) -> None:
+    with grabbergui.open(f"file:{recording}?loop=0&speed=20") as camera:
+        frames = camera.frames(depth=1)
+        with frames.started() as taken:
+            until(lambda: camera.statistics.frames > 0, "a frame that waits for the loop")
+            assert [int(frame.raw()[0, 0]) for frame in taken] == [0, 1, 2, 3]
+        assert frames.dropped == 0
+
+
 def test_a_loop_with_a_count_that_the_recording_lacks_ends_with_it(recording: Path) -> None:
     with grabbergui.open(f"file:{recording}?loop=0&speed=20") as camera:
         with camera.frames(100).started() as frames:

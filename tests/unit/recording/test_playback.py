@@ -181,6 +181,29 @@ def test_its_end_follows_the_last_frame_in_every_queue(player):
     assert player.silence() == "it was played to its end"
 
 
+def test_it_waits_for_a_slow_consumer_that_needs_every_frame(player):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackSpeed", 20)
+    slow = player.open_queue(1)
+    slow.needs_all = True
+    player.start()
+    until(lambda: player.statistics().frames == 1 and slow.full)
+    latest = player.open_queue(1)  # whoever waits for a frame gets one, at the cost of the slow one
+    until(lambda: latest.full)
+    latest.close()
+    assert [slow.get(PATIENCE).frame_id for _ in range(5)] == [1, 2, 3, 4, 5]
+    assert slow.dropped == 1
+
+
+def test_a_stop_does_not_wait_for_a_slow_consumer(player):
+    slow = player.open_queue(1)
+    slow.needs_all = True
+    player.start()
+    until(lambda: slow.full)
+    player.stop()
+    assert not player.streaming and slow.dropped == 0
+
+
 def test_after_its_end_a_start_plays_it_again(player):
     player.write_feature("PlaybackLoop", False)
     player.write_feature("PlaybackSpeed", 20)
