@@ -191,7 +191,7 @@ class FavouritesStrip(QWidget):
 
     def _arrange(self) -> None:
         before, self._widths = len(self._widths), self._fitting(self.width())
-        for column in range(max(before, len(self._widths))):
+        for column in range(max(before, len(self._widths)) + 1):
             # Sliders, which get what is left, are about as long as each other.
             self.cards.setColumnStretch(column, self._widths[column] if column < len(self._widths) else 0)
         self.cards.setColumnStretch(len(self._widths), 1)  # on a large screen, what no control may have
