@@ -163,5 +163,6 @@ class StatusStrip(QWidget):
         self.zoomBox.setVisible(room >= 0)
         room -= least - LEAST_TITLE
         for part in self._by_importance:
-            room -= part.sizeHint().width() + gap
-            part.setVisible(room >= 0 and part.text() != "")
+            empty = not part.text()
+            room -= 0 if empty else part.sizeHint().width() + gap
+            part.setVisible(room >= 0 and not empty)

@@ -67,6 +67,7 @@ def test_no_order_and_loss_mismatches_sets_by_time(journey):
     matcher = MatchByTime(NAMES, TIMES)
     sets = run(matcher, frames, lambda name, index, measured: FrameStamp(measured, 4 * MS))
     check(sets, matcher, frames)
+    assert all(sets), "a set begins with a frame"
 
 
 @given(journeys(), st.booleans())
