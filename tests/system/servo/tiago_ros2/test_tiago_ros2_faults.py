@@ -33,6 +33,7 @@ from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config, SafetyConfig  # noqa: E402
 from grabbergui.servo.guardian_link import LocalGuard  # noqa: E402
+from grabbergui.servo.own_motion import OwnMotionWatch  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.tiago_nodes import NODE  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
@@ -43,8 +44,15 @@ from whole_chain import detecting_runner  # noqa: E402
 
 
 def approaching(runner, simulated):
+    machine = runner.loop.machine
     runner.start()
-    until(lambda: runner.loop.machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
+    until(
+        lambda: (
+            machine.state is State.STOPPED
+            or (machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
+        )
+    )
+    assert machine.state is State.APPROACHING, machine.reason
 
 
 def at_rest(twists):
@@ -85,6 +93,8 @@ def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, liste
 
 def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config, monkeypatch):
     be_patient(monkeypatch)
+    # To see the head nod takes eight images a second, which a busy machine may not have.
+    monkeypatch.setattr(OwnMotionWatch, "shown", property(lambda _: True, lambda *_: None), raising=False)
     others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
     limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
     object.__setattr__(config, "safety", limits)
@@ -100,9 +110,9 @@ def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config, mon
         images.open()
         approaching(runner, simulated)
         server.stop()
-        until(lambda: cycles[-1].state is State.LOST and cycles[-1].time - last_moving(cycles).time > 0.3)
+        until(lambda: cycles[-1].state is State.LOST and "no fresh image" in cycles[-1].reason)
+        until(lambda: cycles[-1].time - last_moving(cycles).time > 0.3)
         assert last_moving(cycles).time - runner.loop.sighting.captured <= config.safety.image_timeout
-        assert "no fresh image" in cycles[-1].reason
         until(lambda: simulated.robot.speed < 1e-3)
     finally:
         runner.stop()
